@@ -1,0 +1,32 @@
+# polarscan_library(NAME DEPENDS...): the static library of this folder, from every .cpp file in it.
+function(polarscan_library name)
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+  if(NOT sources)
+    file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/empty.cpp "")
+    set(sources ${CMAKE_CURRENT_BINARY_DIR}/empty.cpp)
+  endif()
+  add_library(${name} STATIC ${sources})
+  target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR})
+  target_link_libraries(${name} PUBLIC ${ARGN})
+  polarscan_warnings(${name})
+endfunction()
+
+function(polarscan_warnings target)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wnon-virtual-dtor
+                         $<$<BOOL:${POLARSCAN_WERROR}>:-Werror>)
+endfunction()
+
+# polarscan_tests(FOLDER DEPENDS...): one GoogleTest program from tests/FOLDER/*_test.cpp. Each test has a limit of its own.
+function(polarscan_tests folder)
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*_test.cpp)
+  if(NOT sources)
+    return()
+  endif()
+  add_executable(${folder}_test ${sources})
+  target_link_libraries(${folder}_test PRIVATE ${ARGN} GTest::gtest_main)
+  target_compile_definitions(${folder}_test PRIVATE
+    POLARSCAN_SHARED="${PROJECT_SOURCE_DIR}/../shared"
+    POLARSCAN_PROGRAM="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/polarscan")
+  polarscan_warnings(${folder}_test)
+  gtest_discover_tests(${folder}_test TEST_PREFIX ${folder}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600)
+endfunction()

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <Eigen/Core>
+#include <Eigen/LU>
+
+namespace polarscan {
+
+// Pinhole camera without distortion or skew, in pixels; pixel centres at integer + 0.5 (docs/conventions.md).
+// Camera axes: x right, y down, z forward.
+struct Pinhole {
+  int width = 0, height = 0;
+  double fx = 0, fy = 0, cx = 0, cy = 0;
+
+  Eigen::Matrix3d K() const {
+    Eigen::Matrix3d k;
+    k << fx, 0, cx, 0, fy, cy, 0, 0, 1;
+    return k;
+  }
+  // Direction with z = 1 in the camera frame through the continuous image point (u, v).
+  Eigen::Vector3d Ray(double u, double v) const { return {(u - cx) / fx, (v - cy) / fy, 1.0}; }
+  // Image point of a camera-frame point with z > 0.
+  Eigen::Vector2d Project(const Eigen::Vector3d& p) const {
+    return {fx * p.x() / p.z() + cx, fy * p.y() / p.z() + cy};
+  }
+  // The same camera looked at through a picture of another size.
+  Pinhole Resized(int new_width, int new_height) const {
+    const double sx = double(new_width) / width, sy = double(new_height) / height;
+    return {new_width, new_height, fx * sx, fy * sy, cx * sx, cy * sy};
+  }
+};
+
+// Rigid transform target_from_source: x_target = rotation * x_source + translation.
+struct Rigid {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+
+  Eigen::Vector3d operator*(const Eigen::Vector3d& x) const { return rotation * x + translation; }
+  Rigid operator*(const Rigid& b) const {
+    return {rotation * b.rotation, rotation * b.translation + translation};
+  }
+  Rigid Inverse() const { return {rotation.transpose(), -(rotation.transpose() * translation)}; }
+  // Where the source frame's viewer stands: for cam_from_world the camera centre in the world.
+  Eigen::Vector3d Center() const { return -(rotation.transpose() * translation); }
+};
+
+}  // namespace polarscan

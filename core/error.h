@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <stdexcept>
+#include <string>
+
+namespace polarscan {
+
+// Something that the user must hear about: what happened, where (path, device or view), and what to do next.
+// what() is one readable sentence of the three.
+class Error : public std::runtime_error {
+ public:
+  Error(const std::string& what, const std::string& where, const std::string& advice = "")
+      : std::runtime_error(what + ": " + where + (advice.empty() ? "" : ". " + advice)) {}
+};
+
+// The user asked to stop (Ctrl-C). Not an error: everything written so far is valid and resumable.
+class Cancelled : public std::runtime_error {
+ public:
+  Cancelled() : std::runtime_error("stopped; run the same command again to go on") {}
+};
+
+}  // namespace polarscan

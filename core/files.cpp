@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/files.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <xxhash.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+
+#include "core/error.h"
+
+namespace polarscan {
+namespace {
+
+// A file descriptor that closes itself.
+struct Descriptor {
+  int fd;
+  ~Descriptor() {
+    if (fd >= 0) ::close(fd);
+  }
+};
+
+[[noreturn]] void ThrowSystemError(const std::string& what, const std::filesystem::path& path) {
+  const int code = errno;
+  std::string advice;
+  if (code == ENOSPC || code == EDQUOT) advice = "Free some space and run the same command again";
+  if (code == EROFS || code == EACCES || code == EPERM) advice = "Choose a folder that you may write to";
+  throw Error(fmt::format("{} ({})", what, std::strerror(code)), path.string(), advice);
+}
+
+void SyncPath(const std::filesystem::path& path, int flags) {
+  const Descriptor file{::open(path.c_str(), flags | O_CLOEXEC)};
+  if (file.fd < 0 || ::fsync(file.fd) != 0) ThrowSystemError("cannot write to the disk", path);
+}
+
+// Unique among threads and processes; the extension stays last, because picture libraries look at it.
+std::filesystem::path TemporaryName(const std::filesystem::path& path) {
+  static std::atomic<unsigned> counter{0};
+  return path.parent_path() / fmt::format(".{}.{}-{}.tmp{}", path.stem().string(), ::getpid(), counter++,
+                                          path.extension().string());
+}
+
+}  // namespace
+
+std::string ReadFile(const std::filesystem::path& path) {
+  const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
+  struct stat info {};
+  if (file.fd < 0 || ::fstat(file.fd, &info) != 0) ThrowSystemError("cannot read the file", path);
+  if (S_ISDIR(info.st_mode)) throw Error("a file was expected, this is a folder", path.string());
+  std::string bytes;
+  bytes.reserve(std::size_t(info.st_size));
+  char buffer[1 << 16];
+  while (true) {
+    const ssize_t n = ::read(file.fd, buffer, sizeof buffer);
+    if (n == 0) return bytes;
+    if (n > 0) bytes.append(buffer, std::size_t(n));
+    if (n < 0 && errno != EINTR) ThrowSystemError("cannot read the file", path);
+  }
+}
+
+void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes) {
+  WriteAtomically(path, [&](const std::filesystem::path& temporary) {
+    const Descriptor file{::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)};
+    if (file.fd < 0) ThrowSystemError("cannot write the file", path);
+    while (!bytes.empty()) {
+      const ssize_t n = ::write(file.fd, bytes.data(), bytes.size());
+      if (n < 0 && errno != EINTR) ThrowSystemError("cannot write the file", path);
+      if (n > 0) bytes.remove_prefix(std::size_t(n));
+    }
+  });
+}
+
+void WriteAtomically(const std::filesystem::path& path,
+                     const std::function<void(const std::filesystem::path& temporary)>& write) {
+  if (path.has_parent_path()) CreateFolder(path.parent_path());
+  const std::filesystem::path temporary = TemporaryName(path);
+  try {
+    write(temporary);
+    SyncPath(temporary, O_RDONLY);
+    if (::rename(temporary.c_str(), path.c_str()) != 0)
+      ThrowSystemError("cannot rename the finished file", path);
+  } catch (...) {
+    ::unlink(temporary.c_str());
+    throw;
+  }
+  SyncPath(path.has_parent_path() ? path.parent_path() : ".", O_RDONLY | O_DIRECTORY);
+}
+
+nlohmann::json ReadJson(const std::filesystem::path& path) {
+  try {
+    return nlohmann::json::parse(ReadFile(path));
+  } catch (const nlohmann::json::exception& e) {
+    throw Error(fmt::format("this is not valid JSON ({})", e.what()), path.string());
+  }
+}
+
+void WriteJson(const std::filesystem::path& path, const nlohmann::json& value) {
+  WriteFileAtomically(path, value.dump(1) + "\n");
+}
+
+void CreateFolder(const std::filesystem::path& path) {
+  std::error_code code;
+  std::filesystem::create_directories(path, code);
+  if (!code) return;
+  errno = code.value();
+  ThrowSystemError("cannot create the folder", path);
+}
+
+std::uint64_t Hash(std::string_view bytes, std::uint64_t seed) {
+  return XXH3_64bits_withSeed(bytes.data(), bytes.size(), seed);
+}
+
+std::uint64_t HashFile(const std::filesystem::path& path, std::uint64_t seed) {
+  return Hash(ReadFile(path), seed);
+}
+
+std::string ToHex(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
+
+}  // namespace polarscan

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+
+#include <nlohmann/json.hpp>
+
+namespace polarscan {
+
+// Whole file as bytes. Throws Error (missing, unreadable, a folder).
+std::string ReadFile(const std::filesystem::path& path);
+
+// Writes under a temporary name in the same folder, syncs, renames: a reader sees the old bytes or the new
+// ones, never a part. Creates missing parent folders. Throws Error with the path and the system's reason
+// (disk full, read-only).
+void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes);
+
+// The same for programs and libraries that write by themselves: `write` gets the temporary path (same
+// extension).
+void WriteAtomically(const std::filesystem::path& path,
+                     const std::function<void(const std::filesystem::path& temporary)>& write);
+
+nlohmann::json ReadJson(const std::filesystem::path& path);
+void WriteJson(const std::filesystem::path& path, const nlohmann::json& value);
+
+void CreateFolder(const std::filesystem::path& path);
+
+// XXH3, 64 bits, of bytes or of a file's bytes. Not cryptographic. ToHex gives 16 digits.
+std::uint64_t Hash(std::string_view bytes, std::uint64_t seed = 0);
+std::uint64_t HashFile(const std::filesystem::path& path, std::uint64_t seed = 0);
+std::string ToHex(std::uint64_t hash);
+
+}  // namespace polarscan

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace polarscan {
+
+// A picture of width x height values, rows top to bottom, no padding. Axes: x right, y down; the centre of
+// pixel (x, y) lies at continuous coordinates (x + 0.5, y + 0.5) (docs/conventions.md).
+template <class T>
+class Image {
+ public:
+  Image() = default;
+  Image(int width, int height, T value = T())
+      : width_(width), height_(height), data_(std::size_t(width) * std::size_t(height), value) {}
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+  std::size_t size() const { return data_.size(); }
+  bool empty() const { return data_.empty(); }
+  bool Contains(int x, int y) const { return x >= 0 && y >= 0 && x < width_ && y < height_; }
+
+  T& operator()(int x, int y) { return data_[std::size_t(y) * width_ + x]; }
+  const T& operator()(int x, int y) const { return data_[std::size_t(y) * width_ + x]; }
+  T* row(int y) { return data_.data() + std::size_t(y) * width_; }
+  const T* row(int y) const { return data_.data() + std::size_t(y) * width_; }
+  std::span<T> pixels() { return data_; }
+  std::span<const T> pixels() const { return data_; }
+
+ private:
+  int width_ = 0, height_ = 0;
+  std::vector<T> data_;
+};
+
+struct Rgb8 {
+  std::uint8_t r = 0, g = 0, b = 0;
+  bool operator==(const Rgb8&) const = default;
+};
+
+template <class A, class B>
+bool SameSize(const Image<A>& a, const Image<B>& b) {
+  return a.width() == b.width() && a.height() == b.height();
+}
+
+}  // namespace polarscan

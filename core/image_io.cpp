@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/image_io.h"
+
+#include <fmt/format.h>
+#include <tiffio.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <opencv2/imgcodecs.hpp>
+
+#include "core/error.h"
+#include "core/files.h"
+
+namespace polarscan {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string LowerExtension(const fs::path& path) {
+  std::string extension = path.extension().string();
+  std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  return extension;
+}
+
+// OpenCV fills the missing part of a truncated JPEG with grey and says nothing; the end marks tell.
+bool IsTruncated(const std::string& bytes, const std::string& extension) {
+  if (extension == ".png")
+    return bytes.size() < 12 ||
+           bytes.find("IEND", bytes.size() - std::min<std::size_t>(bytes.size(), 64)) == std::string::npos;
+  if (extension == ".jpg" || extension == ".jpeg")
+    return bytes.find("\xFF\xD9", bytes.size() - std::min<std::size_t>(bytes.size(), 4096)) ==
+           std::string::npos;
+  return false;
+}
+
+cv::Mat Decode(const fs::path& path) {
+  const std::string bytes = ReadFile(path);
+  const std::string advice = "Copy the file again from where it came, or remove it";
+  if (bytes.empty()) throw Error("the picture file is empty", path.string(), advice);
+  if (IsTruncated(bytes, LowerExtension(path)))
+    throw Error("the picture file is cut off before its end", path.string(), advice);
+  ::setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 0);  // OpenCV refuses EXR otherwise
+  const cv::Mat encoded(1, int(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
+  cv::Mat image;
+  try {
+    image = cv::imdecode(encoded, cv::IMREAD_UNCHANGED);
+  } catch (const cv::Exception& e) {
+    throw Error(fmt::format("the picture cannot be decoded ({})", e.err), path.string(), advice);
+  }
+  if (image.empty())
+    throw Error("the picture cannot be decoded (damaged or of another kind)", path.string(), advice);
+  return image;
+}
+
+// Planes in red, green, blue order from OpenCV's interleaved blue, green, red (alpha dropped).
+template <class T>
+void SplitPlanes(const cv::Mat& image, Picture& picture) {
+  const int channels = image.channels(), colours = channels >= 3 ? 3 : 1;
+  picture.planes.assign(std::size_t(colours), Image<float>(image.cols, image.rows));
+  for (int y = 0; y < image.rows; ++y) {
+    const T* in = image.ptr<T>(y);
+    for (int c = 0; c < colours; ++c) {
+      float* out = picture.planes[std::size_t(c)].row(y);
+      const int from = colours == 3 ? 2 - c : 0;
+      for (int x = 0; x < image.cols; ++x) out[x] = float(in[x * channels + from]);
+    }
+  }
+}
+
+void WritePngBytes(const fs::path& path, const cv::Mat& image) {
+  std::vector<unsigned char> bytes;
+  if (!cv::imencode(".png", image, bytes)) throw Error("cannot encode the picture", path.string());
+  WriteFileAtomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+cv::Mat ToBgr(const Image<Rgb8>& image) {
+  cv::Mat bgr(image.height(), image.width(), CV_8UC3);
+  for (int y = 0; y < image.height(); ++y)
+    for (int x = 0; x < image.width(); ++x) {
+      const Rgb8 p = image(x, y);
+      bgr.at<cv::Vec3b>(y, x) = {p.b, p.g, p.r};
+    }
+  return bgr;
+}
+
+struct TiffCloser {
+  void operator()(TIFF* file) const { TIFFClose(file); }
+};
+using TiffFile = std::unique_ptr<TIFF, TiffCloser>;
+
+TiffFile OpenTiff(const fs::path& path, const char* mode) {
+  TIFFSetWarningHandler(nullptr);
+  TIFFSetErrorHandler(nullptr);
+  return TiffFile(TIFFOpen(path.c_str(), mode));
+}
+
+void WritePage(TIFF* file, const Image<float>& page, const fs::path& path) {
+  TIFFSetField(file, TIFFTAG_IMAGEWIDTH, std::uint32_t(page.width()));
+  TIFFSetField(file, TIFFTAG_IMAGELENGTH, std::uint32_t(page.height()));
+  TIFFSetField(file, TIFFTAG_BITSPERSAMPLE, 32);
+  TIFFSetField(file, TIFFTAG_SAMPLESPERPIXEL, 1);
+  TIFFSetField(file, TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_IEEEFP);
+  TIFFSetField(file, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
+  TIFFSetField(file, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
+  TIFFSetField(file, TIFFTAG_COMPRESSION, COMPRESSION_ADOBE_DEFLATE);
+  TIFFSetField(file, TIFFTAG_PREDICTOR, PREDICTOR_FLOATINGPOINT);
+  TIFFSetField(file, TIFFTAG_ZIPQUALITY, 1);
+  TIFFSetField(file, TIFFTAG_ROWSPERSTRIP, 64u);
+  bool good = true;
+  std::vector<float> line(std::size_t(page.width()));  // libtiff may change the buffer that it is given
+  for (int y = 0; good && y < page.height(); ++y) {
+    std::copy_n(page.row(y), page.width(), line.begin());
+    good = TIFFWriteScanline(file, line.data(), std::uint32_t(y)) == 1;
+  }
+  if (!good || TIFFWriteDirectory(file) != 1)
+    throw Error("cannot write the TIFF file (disk full?)", path.string());
+}
+
+Image<float> ReadPage(TIFF* file, const fs::path& path) {
+  std::uint32_t width = 0, height = 0;
+  std::uint16_t bits = 0, samples = 1, format = 0;
+  TIFFGetField(file, TIFFTAG_IMAGEWIDTH, &width);
+  TIFFGetField(file, TIFFTAG_IMAGELENGTH, &height);
+  TIFFGetFieldDefaulted(file, TIFFTAG_BITSPERSAMPLE, &bits);
+  TIFFGetFieldDefaulted(file, TIFFTAG_SAMPLESPERPIXEL, &samples);
+  TIFFGetFieldDefaulted(file, TIFFTAG_SAMPLEFORMAT, &format);
+  constexpr std::uint32_t kLargest = 1u << 16;
+  if (width == 0 || height == 0 || width > kLargest || height > kLargest || bits != 32 || samples != 1 ||
+      format != SAMPLEFORMAT_IEEEFP || TIFFScanlineSize64(file) != std::uint64_t(width) * 4)
+    throw Error("this TIFF page is not grey float32", path.string());
+  Image<float> page{int(width), int(height)};
+  for (int y = 0; y < page.height(); ++y)
+    if (TIFFReadScanline(file, page.row(y), std::uint32_t(y)) != 1)
+      throw Error("the TIFF file is damaged or cut off", path.string(),
+                  "Remove it; the program makes it again");
+  return page;
+}
+
+}  // namespace
+
+bool IsPictureName(const fs::path& path) {
+  static const char* const kExtensions[] = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr"};
+  return std::ranges::find(kExtensions, LowerExtension(path)) != std::end(kExtensions);
+}
+
+Picture ReadPicture(const fs::path& path) {
+  const cv::Mat image = Decode(path);
+  Picture picture;
+  switch (image.depth()) {
+    case CV_8U:
+      picture.full_scale = 255, picture.bits = 8;
+      SplitPlanes<std::uint8_t>(image, picture);
+      break;
+    case CV_16U:
+      picture.full_scale = 65535, picture.bits = 16;
+      SplitPlanes<std::uint16_t>(image, picture);
+      break;
+    case CV_32F:
+      picture.full_scale = 1, picture.bits = 32;
+      SplitPlanes<float>(image, picture);
+      break;
+    default:
+      throw Error("pictures must hold 8-bit, 16-bit or float32 values", path.string());
+  }
+  return picture;
+}
+
+Image<std::uint8_t> ReadMask(const fs::path& path) {
+  const Picture picture = ReadPicture(path);
+  Image<std::uint8_t> mask(picture.width(), picture.height());
+  const auto values = picture.planes[0].pixels();
+  for (std::size_t i = 0; i < mask.size(); ++i)
+    mask.pixels()[i] = values[i] * 2 > picture.full_scale ? 255 : 0;
+  return mask;
+}
+
+void WritePng(const fs::path& path, const Image<std::uint8_t>& image) {
+  WritePngBytes(path, cv::Mat(image.height(), image.width(), CV_8U, const_cast<std::uint8_t*>(image.row(0))));
+}
+
+void WritePng(const fs::path& path, const Image<std::uint16_t>& image) {
+  WritePngBytes(path,
+                cv::Mat(image.height(), image.width(), CV_16U, const_cast<std::uint16_t*>(image.row(0))));
+}
+
+void WritePng(const fs::path& path, const Image<Rgb8>& image) { WritePngBytes(path, ToBgr(image)); }
+
+std::string EncodeJpeg(const Image<Rgb8>& image, int quality) {
+  std::vector<unsigned char> bytes;
+  cv::imencode(".jpg", ToBgr(image), bytes, {cv::IMWRITE_JPEG_QUALITY, quality});
+  return {bytes.begin(), bytes.end()};
+}
+
+void WriteFloatTiff(const fs::path& path, const std::vector<const Image<float>*>& pages) {
+  WriteAtomically(path, [&](const fs::path& temporary) {
+    const TiffFile file = OpenTiff(temporary, "w");
+    if (!file) throw Error("cannot write the TIFF file", path.string(), "Is the folder writable?");
+    for (const Image<float>* page : pages) WritePage(file.get(), *page, path);
+    if (TIFFFlush(file.get()) != 1) throw Error("cannot write the TIFF file (disk full?)", path.string());
+  });
+}
+
+std::vector<Image<float>> ReadFloatTiff(const fs::path& path) {
+  const TiffFile file = OpenTiff(path, "r");
+  if (!file) throw Error("this is not a TIFF file, or it is damaged", path.string());
+  std::vector<Image<float>> pages;
+  do {
+    pages.push_back(ReadPage(file.get(), path));
+    if (!SameSize(pages[0], pages.back()))
+      throw Error("the pages of this TIFF file differ in size", path.string());
+  } while (TIFFReadDirectory(file.get()) && pages.size() < 64);
+  return pages;
+}
+
+}  // namespace polarscan

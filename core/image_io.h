@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/image.h"
+
+namespace polarscan {
+
+// A picture as its file holds it: planes grey (1) or red, green, blue (3; an alpha channel is dropped),
+// values as stored (no gamma, no scaling). full_scale is 255, 65535, or 1 for floating-point files; bits is
+// 8, 16 or 32.
+struct Picture {
+  std::vector<Image<float>> planes;
+  float full_scale = 1;
+  int bits = 0;
+
+  int width() const { return planes.empty() ? 0 : planes[0].width(); }
+  int height() const { return planes.empty() ? 0 : planes[0].height(); }
+};
+
+// True if the file name ends like a picture that ReadPicture knows (png jpg jpeg tif tiff exr; any case).
+bool IsPictureName(const std::filesystem::path& path);
+
+// Throws Error if the file is missing, of another kind, or damaged (a truncated PNG or JPEG is damaged).
+Picture ReadPicture(const std::filesystem::path& path);
+
+// 8-bit masks: one plane; a pixel is 255 where the file's value is above half of its full scale, else 0.
+Image<std::uint8_t> ReadMask(const std::filesystem::path& path);
+
+// PNG writers; atomic (core/files.h). Grey, colour, 16-bit grey.
+void WritePng(const std::filesystem::path& path, const Image<std::uint8_t>& image);
+void WritePng(const std::filesystem::path& path, const Image<Rgb8>& image);
+void WritePng(const std::filesystem::path& path, const Image<std::uint16_t>& image);
+
+// The bytes of a JPEG file (quality 1 to 100), for pictures inside an HTML page.
+std::string EncodeJpeg(const Image<Rgb8>& image, int quality);
+
+// A TIFF with one float32 grey page per image (Deflate, lossless), all of one size. Atomic.
+void WriteFloatTiff(const std::filesystem::path& path, const std::vector<const Image<float>*>& pages);
+std::vector<Image<float>> ReadFloatTiff(const std::filesystem::path& path);
+
+}  // namespace polarscan

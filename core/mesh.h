@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "core/image.h"
+
+namespace polarscan {
+
+// Triangles over shared vertices, outward by the right-hand rule. normals: one unit vector per vertex
+// (area-weighted if the file had none). Units are the world's.
+struct TriangleMesh {
+  std::vector<Eigen::Vector3d> vertices;
+  std::vector<Eigen::Vector3d> normals;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+};
+
+// Unit vertex normals, each the area-weighted mean of its triangles' normals.
+void ComputeVertexNormals(TriangleMesh& mesh);
+
+// PLY, ascii or binary, either byte order; polygons are split into fans. Throws Error on a damaged file.
+TriangleMesh ReadMesh(const std::filesystem::path& path);
+// Binary little-endian PLY with normals. Atomic.
+void WriteMesh(const std::filesystem::path& path, const TriangleMesh& mesh);
+
+// Casts rays at a set of meshes (Embree). The hit's place is recomputed in double precision from the
+// triangle.
+class RayCaster {
+ public:
+  struct Hit {
+    int mesh = -1;        // index of the mesh, -1: nothing hit
+    int triangle = -1;    // index in that mesh
+    double distance = 0;  // along `direction` in units of its length
+    double u = 0, v = 0;  // barycentric weights of the second and third vertex
+  };
+
+  explicit RayCaster(std::vector<TriangleMesh> meshes);
+  ~RayCaster();
+  RayCaster(RayCaster&&) noexcept;
+
+  Hit Cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
+  // Whether anything lies on origin + t direction for epsilon < t < limit.
+  bool Occluded(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double limit = 1e30) const;
+  // Interpolated vertex normal (unit) at a hit.
+  Eigen::Vector3d Normal(const Hit& hit) const;
+  const std::vector<TriangleMesh>& meshes() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace polarscan

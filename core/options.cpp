@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/options.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "core/error.h"
+
+namespace polarscan {
+namespace {
+
+void CheckRange(const Option& option, double value) {
+  if (value >= option.min && value <= option.max) return;
+  const std::string unit = option.unit.empty() ? "" : " " + option.unit;
+  const std::string range = option.max > 1e299 ? fmt::format("at least {:g}{}", option.min, unit)
+                            : option.min < -1e299
+                                ? fmt::format("at most {:g}{}", option.max, unit)
+                                : fmt::format("{:g} to {:g}{}", option.min, option.max, unit);
+  throw Error("option out of range", fmt::format("--{} {:g}", option.name, value), "It must be " + range);
+}
+
+void ValidateOption(const Option& option) {
+  if (auto number = std::get_if<int*>(&option.value)) CheckRange(option, **number);
+  if (auto number = std::get_if<double*>(&option.value)) CheckRange(option, **number);
+  if (auto text = std::get_if<std::string*>(&option.value)) {
+    if (!option.choices.empty() && std::ranges::find(option.choices, **text) == option.choices.end())
+      throw Error("no such choice", fmt::format("--{} {}", option.name, **text),
+                  fmt::format("Choose one of: {}", fmt::join(option.choices, ", ")));
+  }
+}
+
+}  // namespace
+
+nlohmann::json ToJson(const OptionTable& table) {
+  nlohmann::json values = nlohmann::json::object();
+  for (const Option& option : table)
+    std::visit([&](auto* value) { values[option.name] = *value; }, option.value);
+  return values;
+}
+
+void FromJson(const nlohmann::json& values, OptionTable& table) {
+  for (const auto& [name, value] : values.items()) {
+    const auto option = std::ranges::find(table, name, &Option::name);
+    if (option == table.end()) throw Error("there is no such option", name);
+    try {
+      std::visit([&](auto* target) { value.get_to(*target); }, option->value);
+    } catch (const nlohmann::json::exception&) {
+      throw Error("an option has a value of the wrong kind", fmt::format("{} = {}", name, value.dump()));
+    }
+    ValidateOption(*option);
+  }
+}
+
+void Validate(const OptionTable& table) {
+  for (const Option& option : table) ValidateOption(option);
+}
+
+}  // namespace polarscan

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+namespace polarscan {
+
+// Calls f(i) for begin <= i < end on TBB's threads (their number is the program's business:
+// tbb::global_control in apps/). f must give the same result in any order. An exception thrown by f reaches
+// the caller.
+template <class F>
+void ParallelFor(int begin, int end, F&& f) {
+  tbb::parallel_for(tbb::blocked_range<int>(begin, end), [&](const tbb::blocked_range<int>& r) {
+    for (int i = r.begin(); i != r.end(); ++i) f(i);
+  });
+}
+
+}  // namespace polarscan

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <filesystem>
+
+#include "core/image.h"
+
+namespace polarscan {
+
+// Linear polarization of one view: S0, S1, S2 on the same pixel grid, linear in light, in units of the
+// sensor's full scale (one full-scale sample is 1, so S0 of an unpolarized saturated pixel is 2). Convention:
+// S0 = (I0+I45+I90+I135)/2, S1 = I0 - I90, S2 = I45 - I135, angles anticlockwise as displayed from +x
+// (docs/conventions.md). Colour sources: the mean over the colour channels.
+// noise: standard deviation of one intensity sample I at that pixel, in the same units; then sd(S0) = noise
+// and sd(S1) = sd(S2) = sqrt(2) noise. Infinity marks an invalid pixel (clipped, outside of the lens's
+// picture).
+struct StokesImage {
+  Image<float> s0, s1, s2, noise;
+};
+
+// Angle of polarization in [0, pi) radians; where there is no polarization the value is arbitrary.
+float AngleOfPolarization(float s1, float s2);
+
+// sqrt(S1^2 + S2^2) / S0, 0 where S0 <= 0.
+float DegreeOfPolarization(float s0, float s1, float s2);
+
+// Standard deviation of the degree of polarization for equal noise `sigma` in the four samples: sqrt(2) sigma
+// / S0.
+float DegreeOfPolarizationNoise(float s0, float sigma);
+
+// A Stokes view file: a TIFF with four float32 pages S0, S1, S2, noise.
+void WriteStokes(const std::filesystem::path& path, const StokesImage& image);
+StokesImage ReadStokes(const std::filesystem::path& path);
+
+}  // namespace polarscan

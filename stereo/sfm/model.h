@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/camera.h"
+
+namespace polarscan {
+
+// COLMAP's sparse model (https://colmap.github.io/format.html), versions 3.8 to 4.x. Ids are COLMAP's, not
+// contiguous. Image coordinates and principal points: pixel centres at integer + 0.5.
+struct ColmapCamera {
+  std::uint32_t id = 0;
+  std::string model;  // "PINHOLE", "SIMPLE_RADIAL", "OPENCV", ...
+  int width = 0, height = 0;
+  std::vector<double> params;
+};
+
+struct ColmapImage {
+  std::uint32_t id = 0, camera_id = 0;
+  Rigid cam_from_world;
+  std::string name;
+  struct Observation {
+    double x = 0, y = 0;
+    std::int64_t point_id = -1;  // -1: not triangulated
+  };
+  std::vector<Observation> observations;
+};
+
+struct ColmapPoint {
+  Eigen::Vector3d position;
+  std::array<std::uint8_t, 3> rgb{};
+  double error_px = 0;
+  struct Track {
+    std::uint32_t image_id = 0, observation = 0;
+  };
+  std::vector<Track> track;
+};
+
+struct SparseModel {
+  std::map<std::uint32_t, ColmapCamera> cameras;
+  std::map<std::uint32_t, ColmapImage> images;
+  std::map<std::uint64_t, ColmapPoint> points;
+};
+
+// Reads cameras/images/points3D, binary if cameras.bin is there, else text; points3D may be missing (no
+// points). Counts are checked against the file sizes. Throws Error on damage, naming the file.
+SparseModel ReadSparseModel(const std::filesystem::path& folder);
+void WriteSparseModelText(const std::filesystem::path& folder, const SparseModel& model);
+void WriteSparseModelBinary(const std::filesystem::path& folder, const SparseModel& model);
+
+// The camera as a pinhole (SIMPLE_PINHOLE, PINHOLE). Throws Error for a model with distortion.
+Pinhole ToPinhole(const ColmapCamera& camera);
+
+}  // namespace polarscan
