@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "apps/terminal.h"
+#include "core/options.h"
+
+namespace polarscan {
+
+// What every subcommand gets beside its own options. The global flags are set before a subcommand's callback
+// runs.
+struct Context {
+  Terminal& progress;
+  bool json = false;       // --json: the result goes to stdout as JSON (see Finish)
+  std::uint64_t seed = 0;  // --seed
+  bool data_lost = false;  // a command sets it when it is done but data was lost or damaged: exit code 3
+
+  // A command's last line: with --json `result` on stdout, else `text` on stderr.
+  void Finish(const nlohmann::json& result, const std::string& text) const;
+};
+
+// Adds each row of the table to the command: numbers and strings as --name VALUE with their range, bools as
+// --name and
+// --no-name. A row whose name the command already has (two stages may share one) is set together with the
+// first.
+void AddOptions(CLI::App& command, const OptionTable& table);
+
+// {name: value} of the rows that the command line or the configuration file set: what goes on top of a
+// preset.
+nlohmann::json GivenOptions(const CLI::App& command, const OptionTable& table);
+
+// One function a subcommand, each in a file of its own:
+//
+//   void AddExampleCommand(CLI::App& app, Context& context) {
+//     auto options = std::make_shared<ExampleOptions>();
+//     CLI::App* command = app.add_subcommand("example", "What it does in one line");
+//     AddOptions(*command, Table(*options));
+//     command->callback([options, &context] { ...; context.Finish({{"points", n}}, fmt::format("{} points",
+//     n)); });
+//   }
+//
+// Errors are thrown (polarscan::Error, Cancelled); main.cpp turns them into messages and exit codes.
+void AddDemosaicCommand(CLI::App& app, Context& context);
+void AddEvaluateCommand(CLI::App& app, Context& context);
+void AddFuseCommand(CLI::App& app, Context& context);
+void AddReconstructCommand(CLI::App& app, Context& context);
+void AddReportCommand(CLI::App& app, Context& context);
+void AddSfmCommand(CLI::App& app, Context& context);
+void AddSimulateCommand(CLI::App& app, Context& context);
+void AddStereoCommand(CLI::App& app, Context& context);
+
+}  // namespace polarscan

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <tbb/global_control.h>
+
+#include <atomic>
+#include <csignal>
+#include <cstdlib>
+#include <optional>
+#include <string_view>
+
+#include <unistd.h>
+
+#include "apps/command.h"
+#include "core/error.h"
+
+namespace polarscan {
+namespace {
+
+enum ExitCode { kDone = 0, kFailed = 1, kWrongUsage = 2, kDataLost = 3 };
+
+// The one thing that a signal handler may reach.
+std::atomic<Progress*> interruptible = nullptr;
+
+extern "C" void OnInterrupt(int) {
+  if (Progress* progress = interruptible.load()) progress->Cancel();
+  constexpr std::string_view text = "\nstopping (Ctrl-C again: at once, without tidying up)\n";
+  [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text.data(), text.size());
+}
+
+// The first Ctrl-C (or SIGTERM) asks the running stage to stop, the second one kills.
+void StopOnInterrupt(Progress& progress) {
+  interruptible = &progress;
+  struct sigaction action = {};
+  action.sa_handler = OnInterrupt;
+  action.sa_flags = int(SA_RESETHAND);
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+struct GlobalOptions {
+  int threads = 0;
+  bool verbose = false, quiet = false;
+};
+
+void AddGlobalOptions(CLI::App& app, GlobalOptions& options, Context& context) {
+  app.add_flag("--json", context.json, "The result as JSON on stdout; messages stay on stderr");
+  app.add_option("--threads", options.threads, "Threads to compute with; 0: one a processor")
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+  app.add_option("--seed", context.seed, "Seed of all random numbers: the same seed gives the same bytes")
+      ->capture_default_str();
+  CLI::Option* verbose = app.add_flag("-v,--verbose", options.verbose, "Say more");
+  app.add_flag("-q,--quiet", options.quiet, "Warnings and errors only")->excludes(verbose);
+  app.set_config("--config", "", "A TOML file: options by name under the command's [section]")
+      ->type_name("FILE.toml");
+  app.set_version_flag("--version", "polarscan " POLARSCAN_VERSION);
+}
+
+void AddCommands(CLI::App& app, Context& context) {
+  (void)app;
+  (void)context;
+}
+
+int Run(int argc, char** argv) {
+  Terminal terminal;
+  Context context{terminal};
+  GlobalOptions options;
+  std::optional<tbb::global_control> threads;
+
+  CLI::App app("polarscan turns a polarization camera into a 3D scanner", "polarscan");
+  app.require_subcommand(1);
+  app.fallthrough();
+  app.allow_config_extras(CLI::config_extras_mode::error);
+  app.get_formatter()->column_width(36);
+  AddGlobalOptions(app, options, context);
+  AddCommands(app, context);
+  app.parse_complete_callback([&] {
+    using Level = Terminal::Level;
+    terminal.SetLevel(options.quiet ? Level::kQuiet : options.verbose ? Level::kVerbose : Level::kNormal);
+    if (options.threads > 0)
+      threads.emplace(tbb::global_control::max_allowed_parallelism, std::size_t(options.threads));
+  });
+
+  StopOnInterrupt(terminal);
+  try {
+    app.parse(argc, argv);
+    return context.data_lost ? kDataLost : kDone;
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kDone : kWrongUsage;
+  } catch (const std::exception& error) {
+    terminal.End();
+    terminal.Fail(error.what());
+    return kFailed;
+  }
+}
+
+}  // namespace
+}  // namespace polarscan
+
+int main(int argc, char** argv) { return polarscan::Run(argc, argv); }

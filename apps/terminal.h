@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <spdlog/logger.h>
+
+#include <chrono>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "core/progress.h"
+
+namespace polarscan {
+
+// Messages and progress on stderr. On a terminal the current step is one line that is redrawn in place, with
+// its rate and remaining time; elsewhere (a file, a pipe, TERM=dumb) a plain line now and then. Colours only
+// on a terminal and without NO_COLOR. Warnings are kept until they are taken (they end up in scan.json).
+class Terminal : public Progress {
+ public:
+  enum class Level { kQuiet, kNormal, kVerbose };  // quiet: warnings and errors only
+
+  Terminal();
+  ~Terminal() override;
+  void SetLevel(Level level);
+
+  void Begin(const std::string& step, std::size_t total, const std::string& unit = "view") override;
+  void Advance(std::size_t units = 1) override;
+  void Warn(const std::string& message) override;
+  void Info(const std::string& message) override;
+  void Fail(const std::string& message);  // an error, in red
+  void Say(const std::string& message);   // shown also with --quiet: a command's result
+  void End();                             // the current step is over: its line disappears
+
+  std::vector<std::string> TakeWarnings();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  void Show(spdlog::level::level_enum level, const std::string& message);
+  void ShowProgress(bool step_begins);
+  std::string ProgressLine() const;
+  void ClearLine();
+
+  std::shared_ptr<spdlog::logger> log_;
+  bool in_place_ = false;  // stderr is a terminal that can redraw a line
+  bool line_shown_ = false;
+  std::mutex mutex_;
+  std::string step_, unit_;
+  std::size_t done_ = 0, total_ = 0;
+  Clock::time_point began_, shown_;
+  std::vector<std::string> warnings_;
+};
+
+// "4 s", "3 min 20 s", "2 h 05 min".
+std::string FormatDuration(double seconds);
+
+}  // namespace polarscan
