@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "demosaic/false_colour.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+namespace polarscan {
+namespace {
+
+constexpr std::array<std::uint32_t, 10> kInferno = {0x000004, 0x1b0c41, 0x4a0c6b, 0x781c6d, 0xa52c60,
+                                                    0xcf4446, 0xed6925, 0xfb9b06, 0xf7d13d, 0xfcffa4};
+constexpr std::array<std::uint32_t, 10> kViridis = {0x440154, 0x482878, 0x3e4989, 0x31688e, 0x26828e,
+                                                    0x1f9e89, 0x35b779, 0x6ece58, 0xb5de2b, 0xfde725};
+
+std::uint8_t ToByte(float value) { return std::uint8_t(std::lround(255 * std::clamp(value, 0.f, 1.f))); }
+
+// Linear between equally spaced 0xRRGGBB stops.
+Palette Interpolate(const std::array<std::uint32_t, 10>& stops) {
+  Palette palette;
+  for (int i = 0; i < 256; ++i) {
+    const float t = float(i) / 255 * float(stops.size() - 1);
+    const std::size_t k = std::min(std::size_t(t), stops.size() - 2);
+    const auto channel = [&](int shift) {
+      const float a = float((stops[k] >> shift) & 255), b = float((stops[k + 1] >> shift) & 255);
+      return ToByte((a + (b - a) * (t - float(k))) / 255);
+    };
+    palette[std::size_t(i)] = {channel(16), channel(8), channel(0)};
+  }
+  return palette;
+}
+
+bool HasValue(const StokesImage& view, int x, int y) {
+  return view.s0(x, y) > 0 && (view.noise.empty() || std::isfinite(view.noise(x, y)));
+}
+
+// The picture of width x height whose pixel (x, y) is colour(x, y).
+Image<Rgb8> Paint(int width, int height, const std::function<Rgb8(int, int)>& colour) {
+  Image<Rgb8> picture(width, height);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) picture(x, y) = colour(x, y);
+  return picture;
+}
+
+// Paints a disc: colour(u, v) of the place in the unit circle, u right, v up.
+Image<Rgb8> PaintDisc(int size_px, const std::function<Rgb8(float, float)>& colour) {
+  return Paint(size_px, size_px, [&](int x, int y) {
+    const float u = (float(x) + 0.5f) / float(size_px) * 2 - 1,
+                v = 1 - (float(y) + 0.5f) / float(size_px) * 2;
+    return u * u + v * v <= 1 ? colour(u, v) : kNoData;
+  });
+}
+
+}  // namespace
+
+Palette HeatPalette() { return Interpolate(kInferno); }
+Palette RampPalette() { return Interpolate(kViridis); }
+
+Rgb8 ColourAt(const Palette& palette, float t) { return palette[ToByte(t)]; }
+
+Rgb8 AopColour(float aop_rad, float strength) {
+  const float turns = aop_rad / std::numbers::pi_v<float>;
+  const float sector = 6 * (turns - std::floor(turns));  // hue in sixths of the circle
+  const auto channel = [&](float centre) {  // full within one sixth of its centre, none beyond two
+    const float apart = std::abs(sector - centre), distance = std::min(apart, 6 - apart);
+    return ToByte(strength * std::clamp(2 - distance, 0.f, 1.f));
+  };
+  return {channel(0), channel(2), channel(4)};
+}
+
+Image<Rgb8> AopPicture(const StokesImage& view, float dop_full) {
+  return Paint(view.s0.width(), view.s0.height(), [&](int x, int y) {
+    if (!HasValue(view, x, y)) return kNoData;
+    const float s1 = view.s1(x, y), s2 = view.s2(x, y);
+    return AopColour(std::atan2(s2, s1) / 2, std::hypot(s1, s2) / view.s0(x, y) / dop_full);
+  });
+}
+
+Image<Rgb8> DopPicture(const StokesImage& view, float dop_full) {
+  const Palette heat = HeatPalette();
+  return Paint(view.s0.width(), view.s0.height(), [&](int x, int y) {
+    if (!HasValue(view, x, y)) return kNoData;
+    return ColourAt(heat, std::hypot(view.s1(x, y), view.s2(x, y)) / view.s0(x, y) / dop_full);
+  });
+}
+
+Image<Rgb8> DepthPicture(const Image<float>& depth, float near_depth, float far_depth) {
+  const Palette ramp = RampPalette();
+  return Paint(depth.width(), depth.height(), [&](int x, int y) {
+    const float z = depth(x, y);
+    return z > 0 ? ColourAt(ramp, (far_depth - z) / (far_depth - near_depth)) : kNoData;
+  });
+}
+
+Rgb8 NormalColour(const Eigen::Vector3f& normal) {
+  if (normal.isZero()) return kNoData;
+  return {ToByte((1 + normal.x()) / 2), ToByte((1 - normal.y()) / 2), ToByte((1 - normal.z()) / 2)};
+}
+
+Image<Rgb8> NormalPicture(const Image<Eigen::Vector3f>& normal) {
+  return Paint(normal.width(), normal.height(), [&](int x, int y) { return NormalColour(normal(x, y)); });
+}
+
+Image<Rgb8> AopWheel(int size_px) {
+  return PaintDisc(size_px, [](float u, float v) { return AopColour(std::atan2(v, u), std::hypot(u, v)); });
+}
+
+Image<Rgb8> NormalBall(int size_px) {
+  return PaintDisc(size_px, [](float u, float v) {
+    return NormalColour({u, -v, -std::sqrt(std::max(0.f, 1 - u * u - v * v))});
+  });
+}
+
+}  // namespace polarscan
