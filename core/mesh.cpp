@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/mesh.h"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "core/error.h"
+#include "core/files.h"
+#include "core/ply.h"
+
+namespace polarscan {
+namespace {
+
+constexpr const char* kExportAgain = "Export the mesh again as a PLY with x y z and vertex_indices";
+
+// Three columns of an element as points; empty if one of them is missing.
+std::vector<Eigen::Vector3d> Points(const PlyElement& element, const std::array<const char*, 3>& names) {
+  std::array<const std::vector<double>*, 3> columns{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto found = element.columns.find(names[i]);
+    if (found == element.columns.end()) return {};
+    columns[i] = &found->second;
+  }
+  std::vector<Eigen::Vector3d> points(element.count);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    points[i] = {(*columns[0])[i], (*columns[1])[i], (*columns[2])[i]};
+  return points;
+}
+
+std::vector<std::array<std::uint32_t, 3>> Triangles(const PlyFile& file, std::size_t vertex_count,
+                                                    const std::string& where) {
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  const auto face = file.find("face");
+  if (face == file.end()) return triangles;
+  for (const auto& [name, rows] : face->second.lists) {
+    if (name != "vertex_indices" && name != "vertex_index") continue;
+    for (const std::vector<std::uint32_t>& row : rows) {
+      for (std::uint32_t index : row)
+        if (index >= vertex_count)
+          throw Error("a face names a vertex that is not there", where, kExportAgain);
+      for (std::size_t i = 2; i < row.size(); ++i) triangles.push_back({row[0], row[i - 1], row[i]});
+    }
+  }
+  return triangles;
+}
+
+// Whether there is a usable normal for each vertex; makes them unit length.
+bool NormalizeNormals(TriangleMesh& mesh) {
+  if (mesh.normals.size() != mesh.vertices.size()) return false;
+  for (Eigen::Vector3d& n : mesh.normals) {
+    const double length = n.norm();
+    if (!(length > 1e-12) || !std::isfinite(length)) return false;
+    n /= length;
+  }
+  return true;
+}
+
+template <class T>
+void Append(std::string& bytes, T value) {
+  static_assert(std::endian::native == std::endian::little);
+  char raw[sizeof(T)];
+  std::memcpy(raw, &value, sizeof(T));
+  bytes.append(raw, sizeof(T));
+}
+
+void Append(std::string& bytes, const Eigen::Vector3d& v) {
+  for (int i = 0; i < 3; ++i) Append(bytes, float(v[i]));
+}
+
+}  // namespace
+
+void ComputeVertexNormals(TriangleMesh& mesh) {
+  mesh.normals.assign(mesh.vertices.size(), Eigen::Vector3d::Zero());
+  for (const auto& t : mesh.triangles) {
+    const Eigen::Vector3d& a = mesh.vertices[t[0]];
+    const Eigen::Vector3d twice_area = (mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a);
+    for (std::uint32_t i : t) mesh.normals[i] += twice_area;
+  }
+  for (Eigen::Vector3d& n : mesh.normals) {
+    const double length = n.norm();
+    n = length > 0 ? Eigen::Vector3d(n / length) : Eigen::Vector3d::UnitZ();
+  }
+}
+
+TriangleMesh ReadMesh(const std::filesystem::path& path) {
+  const PlyFile file = ReadPly(path);
+  const auto vertex = file.find("vertex");
+  if (vertex == file.end()) throw Error("a PLY without vertices", path.string(), kExportAgain);
+  TriangleMesh mesh;
+  mesh.vertices = Points(vertex->second, {"x", "y", "z"});
+  if (mesh.vertices.empty()) throw Error("a PLY without vertices", path.string(), kExportAgain);
+  for (const Eigen::Vector3d& v : mesh.vertices)
+    if (!v.allFinite()) throw Error("a vertex that is not a finite point", path.string(), kExportAgain);
+  mesh.triangles = Triangles(file, mesh.vertices.size(), path.string());
+  if (mesh.triangles.empty()) throw Error("a PLY without faces", path.string(), kExportAgain);
+  mesh.normals = Points(vertex->second, {"nx", "ny", "nz"});
+  if (!NormalizeNormals(mesh)) ComputeVertexNormals(mesh);
+  return mesh;
+}
+
+void WriteMesh(const std::filesystem::path& path, const TriangleMesh& mesh) {
+  std::string bytes = fmt::format(
+      "ply\nformat binary_little_endian 1.0\nelement vertex {}\n"
+      "property float x\nproperty float y\nproperty float z\n"
+      "property float nx\nproperty float ny\nproperty float nz\n"
+      "element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
+      mesh.vertices.size(), mesh.triangles.size());
+  bytes.reserve(bytes.size() + mesh.vertices.size() * 24 + mesh.triangles.size() * 13);
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    Append(bytes, mesh.vertices[i]);
+    Append(bytes, mesh.normals.at(i));
+  }
+  for (const auto& t : mesh.triangles) {
+    Append(bytes, std::uint8_t(3));
+    for (std::uint32_t index : t) Append(bytes, index);
+  }
+  WriteFileAtomically(path, bytes);
+}
+
+}  // namespace polarscan
