@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <CLI/CLI.hpp>
-#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -15,7 +14,6 @@ namespace polarscan {
 struct Context {
   Terminal& progress;
   bool json = false;       // --json: the result goes to stdout as JSON (see Finish)
-  std::uint64_t seed = 0;  // --seed
   bool data_lost = false;  // a command sets it when it is done but data was lost or damaged: exit code 3
 
   // A command's last line: with --json `result` on stdout, else `text` on stderr.

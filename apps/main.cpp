@@ -46,8 +46,6 @@ void AddGlobalOptions(CLI::App& app, GlobalOptions& options, Context& context) {
   app.add_option("--threads", options.threads, "Threads to compute with; 0: one a processor")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
-  app.add_option("--seed", context.seed, "Seed of all random numbers: the same seed gives the same bytes")
-      ->capture_default_str();
   CLI::Option* verbose = app.add_flag("-v,--verbose", options.verbose, "Say more");
   app.add_flag("-q,--quiet", options.quiet, "Warnings and errors only")->excludes(verbose);
   app.set_config("--config", "", "A TOML file: options by name under the command's [section]")
