@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,6 @@ std::filesystem::path FindProgram(const std::string& name);
 // thrown; after timeout_s seconds (0: none) it is killed and timed_out is set. Throws Error if the program
 // cannot be started.
 ProcessResult RunProcess(const std::vector<std::string>& argv, const std::filesystem::path& log,
-                         Progress& progress, double timeout_s = 0);
+                         Progress& progress, double timeout_s = 0, const std::function<void()>& on_poll = {});
 
 }  // namespace polarscan

@@ -52,6 +52,8 @@ struct Workspace {
 
 // Reads views.json. Throws Error if the folder holds no workspace of ours or a damaged one.
 Workspace ReadWorkspace(const std::filesystem::path& folder);
+// Writes views.json (nothing else), atomically.
+void WriteWorkspace(const Workspace& workspace);
 
 // The view's mask, or an empty image if the workspace has none for it.
 Image<std::uint8_t> ReadViewMask(const Workspace& workspace, int view);

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/workspace.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "core/error.h"
+#include "core/files.h"
+#include "core/image_io.h"
+
+namespace polarscan {
+namespace {
+
+using nlohmann::json;
+constexpr const char* kFormat = "polarscan dense workspace 1";
+constexpr const char* kAdvice = "Run the same command again; the dense workspace is made anew";
+
+json ToJson(const DenseView& view) {
+  json rotation = json::array(), translation = json::array();
+  for (int i = 0; i < 9; ++i) rotation.push_back(view.cam_from_world.rotation(i / 3, i % 3));
+  for (int i = 0; i < 3; ++i) translation.push_back(view.cam_from_world.translation[i]);
+  const Pinhole& c = view.camera;
+  return {
+      {"name", view.name},
+      {"camera",
+       {{"width", c.width}, {"height", c.height}, {"fx", c.fx}, {"fy", c.fy}, {"cx", c.cx}, {"cy", c.cy}}},
+      {"cam_from_world", {{"rotation_rows", rotation}, {"translation", translation}}},
+      {"depth_min", view.depth_min},
+      {"depth_max", view.depth_max},
+      {"sources", view.sources}};
+}
+
+DenseView ViewFromJson(const json& value) {
+  DenseView view;
+  view.name = value.at("name");
+  const json& c = value.at("camera");
+  view.camera = {c.at("width"), c.at("height"), c.at("fx"), c.at("fy"), c.at("cx"), c.at("cy")};
+  const json& pose = value.at("cam_from_world");
+  for (int i = 0; i < 9; ++i)
+    view.cam_from_world.rotation(i / 3, i % 3) = pose.at("rotation_rows").at(std::size_t(i));
+  for (int i = 0; i < 3; ++i) view.cam_from_world.translation[i] = pose.at("translation").at(std::size_t(i));
+  view.depth_min = value.at("depth_min");
+  view.depth_max = value.at("depth_max");
+  view.sources = value.at("sources").get<std::vector<int>>();
+  return view;
+}
+
+bool IsSound(const DenseView& view, int index, int count) {
+  const Pinhole& c = view.camera;
+  bool sound = !view.name.empty() && view.name.find('/') == std::string::npos && c.width > 0 &&
+               c.height > 0 && c.fx > 0 && c.fy > 0 && view.depth_min > 0 &&
+               view.depth_max > view.depth_min &&
+               std::abs(view.cam_from_world.rotation.determinant() - 1) < 1e-6;
+  for (const int source : view.sources) sound = sound && source >= 0 && source < count && source != index;
+  return sound;
+}
+
+}  // namespace
+
+Workspace ReadWorkspace(const std::filesystem::path& folder) {
+  const auto path = folder / "views.json";
+  if (!std::filesystem::exists(path)) throw Error("no dense workspace here", folder.string(), kAdvice);
+  Workspace workspace;
+  workspace.folder = folder;
+  try {
+    const json value = ReadJson(path);
+    if (value.at("format") != kFormat)
+      throw Error("a dense workspace of another version", path.string(), kAdvice);
+    workspace.polarized = value.at("polarized");
+    for (const json& view : value.at("views")) workspace.views.push_back(ViewFromJson(view));
+  } catch (const json::exception& problem) {
+    throw Error(fmt::format("damaged list of views ({})", problem.what()), path.string(), kAdvice);
+  }
+  const int count = int(workspace.views.size());
+  for (int i = 0; i < count; ++i)
+    if (!IsSound(workspace.views[i], i, count))
+      throw Error(fmt::format("impossible values for view {}", workspace.views[i].name), path.string(),
+                  kAdvice);
+  return workspace;
+}
+
+void WriteWorkspace(const Workspace& workspace) {
+  json views = json::array();
+  for (const DenseView& view : workspace.views) views.push_back(ToJson(view));
+  WriteJson(workspace.folder / "views.json",
+            {{"format", kFormat}, {"polarized", workspace.polarized}, {"views", views}});
+}
+
+Image<std::uint8_t> ReadViewMask(const Workspace& workspace, int view) {
+  const auto path = workspace.MaskPath(view);
+  if (!std::filesystem::exists(path)) return {};
+  Image<std::uint8_t> mask = ReadMask(path);
+  const Pinhole& camera = workspace.views[view].camera;
+  if (mask.width() != camera.width || mask.height() != camera.height)
+    throw Error(fmt::format("the mask has {} x {} pixels, its camera {} x {}", mask.width(), mask.height(),
+                            camera.width, camera.height),
+                path.string(), kAdvice);
+  return mask;
+}
+
+}  // namespace polarscan
