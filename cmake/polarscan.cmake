@@ -16,9 +16,9 @@ function(polarscan_warnings target)
                          $<$<BOOL:${POLARSCAN_WERROR}>:-Werror>)
 endfunction()
 
-# polarscan_tests(FOLDER DEPENDS...): one GoogleTest program from tests/FOLDER/*_test.cpp. Each test has a limit of its own.
+# polarscan_tests(FOLDER DEPENDS...): one GoogleTest program from tests/FOLDER/*.cpp. Each test has a limit of its own.
 function(polarscan_tests folder)
-  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*_test.cpp)
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*.cpp)
   if(NOT sources)
     return()
   endif()
