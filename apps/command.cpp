@@ -51,6 +51,7 @@ void Context::Finish(const nlohmann::json& result, const std::string& text) cons
 
 void AddOptions(CLI::App& command, const OptionTable& table) {
   for (const Option& row : table) {
+    if (row.name == "seed") continue;
     if (CLI::Option* present = command.get_option_no_throw("--" + row.name)) {
       Share(*present, row);
     } else {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -13,6 +14,7 @@ namespace polarscan {
 // runs.
 struct Context {
   Terminal& progress;
+  std::uint64_t seed = 0;  // --seed: where a stage's options have a seed, the command sets it to this
   bool json = false;       // --json: the result goes to stdout as JSON (see Finish)
   bool data_lost = false;  // a command sets it when it is done but data was lost or damaged: exit code 3
 
@@ -21,9 +23,8 @@ struct Context {
 };
 
 // Adds each row of the table to the command: numbers and strings as --name VALUE with their range, bools as
-// --name and
-// --no-name. A row whose name the command already has (two stages may share one) is set together with the
-// first.
+// --name and --no-name. A row whose name the command already has (two stages may share one) is set together
+// with the first; a row "seed" is left to the global flag.
 void AddOptions(CLI::App& command, const OptionTable& table);
 
 // {name: value} of the rows that the command line or the configuration file set: what goes on top of a

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <csignal>
 #include <cstdlib>
+#include <limits>
 #include <optional>
 #include <string_view>
 
@@ -45,6 +46,9 @@ void AddGlobalOptions(CLI::App& app, GlobalOptions& options, Context& context) {
   app.add_flag("--json", context.json, "The result as JSON on stdout; messages stay on stderr");
   app.add_option("--threads", options.threads, "Threads to compute with; 0: one a processor")
       ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+  app.add_option("--seed", context.seed, "Seed of all random numbers: the same seed gives the same bytes")
+      ->check(CLI::Range(0, std::numeric_limits<int>::max()))
       ->capture_default_str();
   CLI::Option* verbose = app.add_flag("-v,--verbose", options.verbose, "Say more");
   app.add_flag("-q,--quiet", options.quiet, "Warnings and errors only")->excludes(verbose);
