@@ -58,8 +58,8 @@ void AddGlobalOptions(CLI::App& app, GlobalOptions& options, Context& context) {
 }
 
 void AddCommands(CLI::App& app, Context& context) {
-  (void)app;
-  (void)context;
+  AddSimulateCommand(app, context);
+  AddReportCommand(app, context);
 }
 
 int Run(int argc, char** argv) {
