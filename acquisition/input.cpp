@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/input.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "acquisition/input_forms.h"
+#include "acquisition/input_options.h"
+#include "core/error.h"
+
+namespace polarscan {
+namespace {
+
+namespace fs = std::filesystem;
+
+void RequireFolder(const fs::path& folder) {
+  if (!fs::exists(folder)) throw Error("there is no such folder", folder.string(), "Is the path right?");
+  if (!fs::is_directory(folder))
+    throw Error("a folder with pictures was expected, this is a file", folder.string());
+  if (fs::exists(folder / "session.json"))
+    throw Error("recorded sessions cannot be read yet", folder.string(), "Give a folder with pictures");
+}
+
+Layout MosaicLayout(const Input& input, const InputOptions& options) {
+  if (options.layout.empty())
+    throw Error("the layout of these raw mosaics is not known", input.folder.string(),
+                "Give the polarizer angles of the 2x2 cell from the top-left pixel, as in --layout \"90 45 / "
+                "135 0\" (most "
+                "Sony sensors), or \"layout\" under \"sensor\" in set.json");
+  return ParseLayout(options.layout);
+}
+
+bool UsesMoreThan14Bits(const Picture& picture) {
+  return std::ranges::any_of(
+      picture.planes, [](const auto& plane) { return *std::ranges::max_element(plane.pixels()) > 16383; });
+}
+
+// No common sensor has 15 bits, so a count that needs them shows that all 16 are used.
+bool ProvenToUse16Bits(const Input& input) {
+  const std::size_t step = std::max<std::size_t>(1, input.views.size() / 8);
+  for (std::size_t i = 0; i < input.views.size(); i += step)
+    for (const fs::path& file : input.views[i].files)
+      if (UsesMoreThan14Bits(ReadPicture(file))) return true;
+  return false;
+}
+
+// Bits of a sample where the files have 16 of them.
+int BitsOf16(Input& input, const InputOptions& options) {
+  if (options.bits > 0) return options.bits;
+  if (options.white_level > 0 || input.kind == InputKind::kPhotos || input.kind == InputKind::kRgbAopDop)
+    return 16;
+  const bool sensor_counts = input.kind == InputKind::kMosaic;  // 12 bits moved to the upper end look like 16
+  if (sensor_counts || !ProvenToUse16Bits(input))
+    throw Error("how many of the 16 bits these pictures use is not known", input.folder.string(),
+                "Give --bits 12 (or 10, 14, 16), or \"bits\" under \"sensor\" in set.json");
+  input.notes.push_back(
+      "some 16-bit samples need more than 14 bits, so all 16 are taken as used (--bits to change)");
+  return 16;
+}
+
+// What the first picture says about depth, under what the options say.
+void SetSensor(Input& input, const InputOptions& options, const Picture& first) {
+  Sensor& sensor = input.sensor;
+  if (input.kind == InputKind::kMosaic) sensor.layout = MosaicLayout(input, options);
+  sensor.bits = first.bits == 16 ? BitsOf16(input, options) : first.bits;
+  if (first.bits == 8 && options.bits > 0) sensor.bits = std::min(8, options.bits);
+  const bool floating = first.bits == 32;
+  sensor.white_dn = options.white_level > 0 ? options.white_level
+                    : floating              ? 1
+                                            : double((1 << sensor.bits) - 1);
+  sensor.clips = !floating || options.white_level > 0;
+  sensor.black_dn = std::max(0.0, options.black_level);
+  sensor.dn_per_e = options.gain;
+  sensor.read_noise_e = std::max(0.0, options.read_noise);
+  const bool encoded = input.kind == InputKind::kPhotos && first.bits == 8;
+  sensor.gamma = options.gamma > 0 ? options.gamma : encoded ? 2.2 : 1;
+  if (sensor.RangeDn() <= 0)
+    throw Error(
+        fmt::format("the black level {} is not below the white level {}", sensor.black_dn, sensor.white_dn),
+        input.folder.string(), "Check --black-level, --white-level and --bits");
+}
+
+bool IsJpeg(const fs::path& path) {
+  const std::string extension = path.extension().string();
+  return extension == ".jpg" || extension == ".jpeg" || extension == ".JPG" || extension == ".JPEG";
+}
+
+void AddNotes(Input& input, const InputOptions& options) {
+  const auto without = std::ranges::count_if(input.views, [](const InputView& view) { return !view.mask; });
+  if (without > 0 && std::size_t(without) < input.views.size())
+    input.notes.push_back(fmt::format("{} of {} views have no mask; there the whole picture counts as object",
+                                      without, input.views.size()));
+  if (!input.polarized())
+    input.notes.push_back("plain photos: no polarization is known, so stereo goes by the intensity alone");
+  if (input.polarized() && options.gamma <= 0 && IsJpeg(input.views[0].files[0]))
+    input.notes.push_back("JPEG pictures are taken as linear in light (--gamma 2.2 if they are not)");
+  if (input.kind == InputKind::kRgbAopDop && options.aop_sense == "auto")
+    input.notes.push_back(
+        "angles of polarization are taken as anticlockwise from +x (--aop-sense clockwise if they are not)");
+}
+
+}  // namespace
+
+std::string ToString(InputKind kind) {
+  constexpr const char* kNames[] = {"mosaic", "angles", "stokes", "rgb-aop-dop", "photos"};
+  return kNames[std::size_t(kind)];
+}
+
+Input OpenInput(const fs::path& folder, const InputOptions& given) {
+  RequireFolder(folder);
+  const InputOptions options = WithSetJson(given, folder);
+  Input input;
+  input.folder = folder;
+  input.kind = RecognizeKind(folder, options);
+  input.views = ListViews(folder, input.kind);
+  FindMasks(folder, input.views);
+  if (fs::is_directory(folder / "sparse")) input.known_model = folder / "sparse";
+  input.clockwise = options.aop_sense == "clockwise";
+  if (input.clockwise && input.kind == InputKind::kMosaic)
+    throw Error("a mosaic's sense of angles is its layout", "--aop-sense clockwise",
+                "Swap 45 and 135 in --layout");
+  input.aop_scale = options.aop_scale;
+  SetSensor(input, options, ReadPicture(input.views[0].files[0]));
+  AddNotes(input, options);
+  ReadView(input, 0);  // what does not fit together should show now
+  return input;
+}
+
+nlohmann::json Meaning(const Input& input) {
+  return {{"kind", ToString(input.kind)},
+          {"sensor", ToJson(input.sensor)},
+          {"aop_sense", input.clockwise ? "clockwise" : "anticlockwise"},
+          {"aop_scale", input.aop_scale}};
+}
+
+nlohmann::json ToJson(const Input& input) {
+  nlohmann::json json = Meaning(input);
+  json["folder"] = input.folder.string();
+  json["views"] = input.views.size();
+  json["masks"] =
+      std::ranges::count_if(input.views, [](const InputView& view) { return view.mask.has_value(); });
+  json["known_model"] = input.known_model ? nlohmann::json(input.known_model->string()) : nlohmann::json();
+  json["notes"] = input.notes;
+  return json;
+}
+
+}  // namespace polarscan

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/image_io.h"
+#include "core/options.h"
+#include "demosaic/sensor.h"
+
+namespace polarscan {
+
+// What the pictures of an INPUT folder cannot tell by themselves. Empty, "auto", negative or zero: not said
+// here; then the folder's set.json counts, then the default named in the help. What stays ambiguous is an
+// error that names the option.
+struct InputOptions {
+  std::string kind = "auto";
+  std::string layout;
+  int bits = 0;
+  double black_level = -1, white_level = 0;
+  double gain = 0, read_noise = -1;
+  double gamma = 0;
+  std::string aop_sense = "auto";
+  std::string aop_scale = "auto";
+};
+OptionTable Table(InputOptions& options);
+
+enum class InputKind { kMosaic, kAngles, kStokes, kRgbAopDop, kPhotos };
+// "mosaic", "angles", "stokes", "rgb-aop-dop", "photos".
+std::string ToString(InputKind kind);
+
+// The files of one view: mosaic, photos: one; angles: 0, 45, 90, 135; Stokes: one with several pages or S0,
+// S1, S2; rgb-aop-dop: those three.
+struct InputView {
+  std::string name;  // the pictures' stem: the view's name in every later stage
+  std::vector<std::filesystem::path> files;
+  std::optional<std::filesystem::path> mask;
+};
+
+// An INPUT folder understood, with everything that was decided about it. The forms it may have:
+//   mosaic/NAME.png or NAME.png        raw mosaics, grey PNG or TIFF
+//   I-00/ I-45/ I-90/ I-135/ NAME.*    pictures behind a polarizer (also 0/ 45/ 90/ 135/), angles
+//   anticlockwise NAME.tif                           S0, S1, S2 (and noise) as float32 pages; flat or in
+//   stokes/ NAME_s0.exr NAME_s1.exr NAME_s2.exr   float EXR or TIFF, grey or colour; flat or in stokes/; or
+//   folders s0/ s1/ s2/ rgb/ aop/ dop/ NAME.*              intensity, angle and degree of polarization
+//   NAME.jpg                           photos without polarization; flat or in photos/ or images/
+// and beside them masks/NAME.* (255 = object), sparse/ (COLMAP model with known poses) and set.json.
+struct Input {
+  std::filesystem::path folder;
+  InputKind kind = InputKind::kPhotos;
+  std::vector<InputView> views;  // sorted by name
+  Sensor sensor;
+  bool clockwise = false;          // the source's angles of polarization run clockwise; Stokes views never do
+  std::string aop_scale = "auto";  // of aop/: see the option table
+  std::optional<std::filesystem::path> known_model;  // sparse/
+  std::vector<std::string> notes;                    // what was assumed, one sentence each, for the user
+
+  bool polarized() const { return kind != InputKind::kPhotos; }
+};
+
+// Throws Error if the folder is missing, empty, incomplete or ambiguous. Opens one view's pictures (more only
+// to find out about 16-bit ones); the others are read by ReadView.
+Input OpenInput(const std::filesystem::path& folder, const InputOptions& options);
+
+// {"kind", "sensor", "aop_sense", "aop_scale"}: everything that decides what a view's pictures mean.
+nlohmann::json Meaning(const Input& input);
+// The above with folder, counts and notes, for scan.json.
+nlohmann::json ToJson(const Input& input);
+
+// One view's pictures in the order of InputView::files (pages of a Stokes file: one picture each), all of one
+// size.
+struct LoadedView {
+  std::string name;
+  std::vector<Picture> pictures;
+  Image<std::uint8_t> mask;  // 0 or 255; empty: none
+};
+
+// Throws Error if a file is damaged, or its size, channels or depth do not fit the others or the settings.
+LoadedView ReadView(const Input& input, int view);
+
+}  // namespace polarscan

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "acquisition/input.h"
+
+namespace polarscan {
+
+// Which of the forms in input.h the folder has, by its folder names, file names and, for pictures that lie
+// flat, by looking into the first one. Throws Error naming --input-kind where that does not decide.
+InputKind RecognizeKind(const std::filesystem::path& folder, const InputOptions& options);
+
+// The views of that kind, sorted by name, without masks. Throws Error if there are none, and if folders that
+// belong together hold different names.
+std::vector<InputView> ListViews(const std::filesystem::path& folder, InputKind kind);
+
+// Sets the views' masks from FOLDER/masks. Throws Error if there are masks and none of them matches a view.
+void FindMasks(const std::filesystem::path& folder, std::vector<InputView>& views);
+
+}  // namespace polarscan

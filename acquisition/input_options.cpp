@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/input_options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/files.h"
+
+namespace polarscan {
+namespace {
+
+using nlohmann::json;
+
+// Reads keys of set.json; a value of the wrong type is an error that names the key.
+class Reader {
+ public:
+  Reader(const json& object, std::filesystem::path path) : object_(object), path_(std::move(path)) {}
+
+  std::optional<double> Number(const char* key) const {
+    if (!Has(key)) return std::nullopt;
+    if (!object_[key].is_number()) Fail(key, "a number");
+    return object_[key].get<double>();
+  }
+  std::optional<std::string> Text(const char* key) const {
+    if (!Has(key)) return std::nullopt;
+    if (!object_[key].is_string()) Fail(key, "text");
+    return object_[key].get<std::string>();
+  }
+
+ private:
+  bool Has(const char* key) const { return object_.contains(key) && !object_[key].is_null(); }
+  [[noreturn]] void Fail(const char* key, const char* wanted) const {
+    throw Error(fmt::format("\"{}\" must be {}", key, wanted), path_.string());
+  }
+  const json& object_;
+  std::filesystem::path path_;
+};
+
+// The count at which the sensor saturates: its full well or the end of its counts, whichever comes first.
+std::optional<double> WhiteLevel(const Reader& sensor) {
+  if (const auto white = sensor.Number("white_dn")) return white;
+  const auto highest = sensor.Number("max_dn"), well = sensor.Number("full_well_e");
+  const auto gain = sensor.Number("dn_per_e");
+  if (!well || !gain) return highest;
+  const double full = std::floor(sensor.Number("black_dn").value_or(0) + *well * *gain + 1e-6);
+  return highest ? std::min(*highest, full) : full;
+}
+
+void FillFromSensor(const Reader& sensor, InputOptions& options) {
+  if (options.layout.empty()) {
+    const std::string layout = sensor.Text("layout").value_or("");
+    options.layout = layout.substr(0, layout.find('('));  // a remark in brackets may follow
+  }
+  if (options.bits == 0) options.bits = int(sensor.Number("bits").value_or(0));
+  if (options.black_level < 0) options.black_level = sensor.Number("black_dn").value_or(-1);
+  if (options.white_level <= 0) options.white_level = WhiteLevel(sensor).value_or(0);
+  if (options.gain <= 0) options.gain = sensor.Number("dn_per_e").value_or(0);
+  if (options.read_noise < 0) options.read_noise = sensor.Number("read_noise_e").value_or(-1);
+}
+
+void FillFromSet(const Reader& set, InputOptions& options) {
+  if (options.kind == "auto") options.kind = set.Text("input_kind").value_or("auto");
+  if (options.gamma <= 0) options.gamma = set.Number("gamma").value_or(0);
+  if (options.aop_sense == "auto") options.aop_sense = set.Text("aop_sense").value_or("auto");
+  if (options.aop_scale == "auto") options.aop_scale = set.Text("aop_scale").value_or("auto");
+}
+
+}  // namespace
+
+OptionTable Table(InputOptions& o) {
+  const std::string layout =
+      "Polarizer angles of the 2x2 cell from the top-left pixel, anticlockwise from +x, as \"90 45 / 135 "
+      "0\"; "
+      "colour sensors: with the Bayer order, as \"90 45 / 135 0 rggb\"";
+  return {
+      {.name = "input-kind",
+       .value = &o.kind,
+       .help = "What the pictures are, where the folders do not tell",
+       .choices = {"auto", "mosaic", "angles", "stokes", "rgb-aop-dop", "photos"}},
+      {.name = "layout", .value = &o.layout, .help = layout},
+      {.name = "bits",
+       .value = &o.bits,
+       .help = "Bits of a sample, for 16-bit files that hold fewer; 0: not said",
+       .min = 0,
+       .max = 16},
+      {.name = "black-level",
+       .value = &o.black_level,
+       .help = "Count without light; -1: as set.json says, else 0",
+       .unit = "DN",
+       .min = -1,
+       .max = 65535},
+      {.name = "white-level",
+       .value = &o.white_level,
+       .help = "Count at which samples are clipped; 0: as set.json says, else the end of the bits",
+       .unit = "DN",
+       .min = 0,
+       .max = 1e9},
+      {.name = "gain",
+       .value = &o.gain,
+       .help = "Counts per electron, for the noise; 0: as set.json says, else noise is estimated from the "
+               "pictures",
+       .unit = "DN/e-",
+       .min = 0,
+       .max = 1e6},
+      {.name = "read-noise",
+       .value = &o.read_noise,
+       .help = "Read noise; -1: as set.json says, else 0",
+       .unit = "e-",
+       .min = -1,
+       .max = 1e6},
+      {.name = "gamma",
+       .value = &o.gamma,
+       .help = "Light = count^gamma, 1: linear; 0: as set.json says, else 2.2 for 8-bit photos and 1 for all "
+               "others",
+       .min = 0,
+       .max = 10},
+      {.name = "aop-sense",
+       .value = &o.aop_sense,
+       .help = "How the source counts angles of polarization as displayed; auto: as set.json says, else "
+               "anticlockwise. A mosaic's sense is its layout",
+       .choices = {"auto", "anticlockwise", "clockwise"}},
+      {.name = "aop-scale",
+       .value = &o.aop_scale,
+       .help =
+           "Values in aop/: half-turn (full scale = 180 degrees), degrees, radians; auto: as set.json says, "
+           "else half-turn for 8 and 16 bits, radians for floating point",
+       .choices = {"auto", "half-turn", "degrees", "radians"}},
+  };
+}
+
+InputOptions WithSetJson(InputOptions options, const std::filesystem::path& folder) {
+  const std::filesystem::path path = folder / "set.json";
+  if (std::filesystem::exists(path)) {
+    const json set = ReadJson(path);
+    if (!set.is_object()) throw Error("set.json must hold one object", path.string());
+    FillFromSet(Reader(set, path), options);
+    if (set.contains("sensor")) FillFromSensor(Reader(set["sensor"], path), options);
+  }
+  Validate(Table(options));
+  return options;
+}
+
+}  // namespace polarscan

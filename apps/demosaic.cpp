@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "apps/command.h"
+#include "apps/views.h"
+
+namespace polarscan {
+namespace {
+
+struct DemosaicCommand {
+  std::string input, views;
+  InputOptions input_options;
+  DemosaicOptions options;
+};
+
+void Run(const DemosaicCommand& command, Context& context) {
+  const Input input = OpenInput(command.input, command.input_options);
+  MakeStokesViews(input, command.views, command.options, context.progress);
+  context.Finish({{"input", ToJson(input)}, {"views", input.views.size()}, {"folder", command.views}},
+                 fmt::format("{} views in {}", input.views.size(), command.views));
+}
+
+}  // namespace
+
+void AddDemosaicCommand(CLI::App& app, Context& context) {
+  auto command = std::make_shared<DemosaicCommand>();
+  CLI::App* sub = app.add_subcommand("demosaic", "Turn pictures of any kind into Stokes views");
+  sub->add_option("input", command->input,
+                  "A folder of raw mosaics, polarizer pictures, Stokes pictures or photos")
+      ->required();
+  sub->add_option("-o,--output", command->views, "The folder for the views")->required();
+  AddOptions(*sub, Table(command->input_options));
+  AddOptions(*sub, Table(command->options));
+  sub->callback([command, &context] { Run(*command, context); });
+}
+
+}  // namespace polarscan

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/view_store.h"
+
+#include <algorithm>
+
+#include "core/error.h"
+#include "core/files.h"
+
+namespace polarscan {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+json ReadState(const fs::path& path) {
+  json state = json::object();
+  try {
+    if (fs::exists(path)) state = ReadJson(path);
+  } catch (const Error&) {  // damaged: as if it were not there
+  }
+  if (!state.is_object() || !state.contains("views") || !state["views"].is_object())
+    state = {{"views", json::object()}};
+  return state;
+}
+
+// What core/files.h leaves behind when the program is killed while it writes.
+bool IsTemporary(const fs::path& path) {
+  const std::string name = path.filename().string();
+  return name.starts_with('.') && name.find(".tmp.") != std::string::npos;
+}
+
+void RemoveTemporaries(const fs::path& folder) {
+  std::vector<fs::path> found;
+  if (fs::is_directory(folder))
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+      if (entry.is_regular_file() && IsTemporary(entry.path())) found.push_back(entry.path());
+  for (const fs::path& path : found) fs::remove(path);
+}
+
+}  // namespace
+
+ViewStore::ViewStore(fs::path folder) : folder_(std::move(folder)) {
+  CreateFolder(folder_);
+  RemoveTemporaries(folder_);
+  RemoveTemporaries(folder_ / "masks");
+  state_ = ReadState(folder_ / "views.json");
+}
+
+void ViewStore::Describe(const std::string& kind, bool polarized) {
+  state_["kind"] = kind;
+  state_["polarized"] = polarized;
+}
+
+std::optional<double> ViewStore::Scale(const std::string& key) const {
+  if (state_.value("scale_key", json()) != key || !state_.contains("scale") || !state_["scale"].is_number())
+    return std::nullopt;
+  return state_["scale"].get<double>();
+}
+
+void ViewStore::SetScale(const std::string& key, double scale) {
+  state_["scale_key"] = key;
+  state_["scale"] = scale;
+}
+
+bool ViewStore::IsValid(const std::string& name, const std::string& hash, bool has_mask) const {
+  const json wanted = {{"hash", hash}, {"bytes", Sizes(name)}};
+  if (!fs::exists(StokesPath(name)) || !fs::exists(PicturePath(name)) ||
+      fs::exists(MaskPath(name)) != has_mask)
+    return false;
+  return state_["views"].value(name, json()) == wanted;
+}
+
+void ViewStore::Record(const std::string& name, const std::string& hash) {
+  const json record = {{"hash", hash}, {"bytes", Sizes(name)}};
+  const std::lock_guard lock(mutex_);
+  state_["views"][name] = record;
+  Save();
+}
+
+void ViewStore::RemoveAllBut(const std::vector<std::string>& names) {
+  std::vector<std::string> stale;
+  for (const auto& [name, record] : state_["views"].items())
+    if (std::ranges::find(names, name) == names.end()) stale.push_back(name);
+  for (const std::string& name : stale) {
+    for (const fs::path& path : {StokesPath(name), PicturePath(name), MaskPath(name)}) fs::remove(path);
+    state_["views"].erase(name);
+  }
+  Save();
+}
+
+json ViewStore::Sizes(const std::string& name) const {
+  json sizes = json::object();
+  for (const fs::path& path : {StokesPath(name), PicturePath(name), MaskPath(name)})
+    if (fs::exists(path)) sizes[fs::relative(path, folder_).string()] = fs::file_size(path);
+  return sizes;
+}
+
+void ViewStore::Save() const { WriteJson(folder_ / "views.json", state_); }
+
+}  // namespace polarscan

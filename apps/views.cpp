@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/views.h"
+
+#include <fmt/format.h>
+#include <tbb/info.h>
+#include <tbb/parallel_pipeline.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "apps/view_store.h"
+#include "core/error.h"
+#include "core/files.h"
+#include "core/parallel.h"
+
+namespace polarscan {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kViewsAtOnce = 4, kScaleViews = 8;
+constexpr double kScalePercentile = 0.995, kScalePixels = 50e3;
+
+// Values of aop/ in radians, anticlockwise or not as the source has it.
+Image<float> AopRadians(const Picture& picture, const std::string& scale) {
+  constexpr double kPi = 3.14159265358979323846;
+  const bool radians = scale == "radians" || (scale == "auto" && picture.bits == 32);
+  const double unit = radians ? 1 : scale == "degrees" ? kPi / 180 : kPi / picture.full_scale;
+  Image<float> aop = picture.planes[0];
+  for (float& value : aop.pixels()) value = float(value * unit);
+  return aop;
+}
+
+Image<float> Dop(const Picture& picture) {
+  Image<float> dop = picture.planes[0];
+  for (float& value : dop.pixels()) value /= picture.full_scale;
+  return dop;
+}
+
+PolarView MakeUnmirrored(const Input& input, const LoadedView& loaded, const DemosaicOptions& options) {
+  const std::vector<Picture>& p = loaded.pictures;
+  switch (input.kind) {
+    case InputKind::kMosaic:
+      return ViewFromMosaic(p[0].planes[0], input.sensor, FindDemosaicMethod(options.method));
+    case InputKind::kAngles:
+      return ViewFromAngles({&p[0], &p[1], &p[2], &p[3]}, input.sensor);
+    case InputKind::kStokes:
+      return ViewFromStokes({&p[0], &p[1], &p[2]}, p.size() > 3 ? &p[3].planes[0] : nullptr);
+    case InputKind::kRgbAopDop:
+      return ViewFromAopDop(p[0], AopRadians(p[1], input.aop_scale), Dop(p[2]), input.sensor);
+    default:
+      return ViewFromPhoto(p[0], input.sensor);
+  }
+}
+
+// S0 of the brightest colour at a regular grid of pixels.
+void AddBrightness(const PolarView& view, std::vector<float>& values) {
+  const Image<float>& s0 = view.stokes.s0;
+  const int stride = std::max(1, int(std::sqrt(double(s0.size()) / kScalePixels)));
+  for (int y = 0; y < s0.height(); y += stride)
+    for (int x = 0; x < s0.width(); x += stride) {
+      float value = s0(x, y);
+      for (const Image<float>& colour : view.colour_s0) value = std::max(value, colour(x, y));
+      if (value > 0) values.push_back(value);
+    }
+}
+
+// The views that decide the scale: spread evenly over the set.
+std::vector<int> ScaleViews(const Input& input) {
+  const int total = int(input.views.size()), count = std::min(total, kScaleViews);
+  std::vector<int> views;
+  for (int i = 0; i < count; ++i) views.push_back(i * total / count);
+  return views;
+}
+
+// S0 that becomes white in the pictures of the set.
+double MeasureScale(const Input& input, const DemosaicOptions& options, Progress& progress) {
+  if (input.kind == InputKind::kPhotos && input.sensor.clips) return 2;
+  std::vector<float> values;
+  for (const int view : ScaleViews(input)) {
+    progress.Check();
+    AddBrightness(MakeView(input, ReadView(input, view), options), values);
+  }
+  if (values.empty()) return 2;
+  const auto at = values.begin() + std::ptrdiff_t(kScalePercentile * double(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+Image<std::uint8_t> Encode(const Image<float>& s0, double scale) {
+  Image<std::uint8_t> encoded(s0.width(), s0.height());
+  ParallelFor(0, s0.height(), [&](int y) {
+    for (int x = 0; x < s0.width(); ++x) {
+      const float value = std::clamp(s0(x, y) / float(scale), 0.0f, 1.0f);
+      encoded(x, y) = std::uint8_t(std::lround(255 * std::pow(value, 1 / 2.2f)));
+    }
+  });
+  return encoded;
+}
+
+void WritePicture(const fs::path& path, const PolarView& view, double scale) {
+  if (view.colour_s0.empty()) return WritePng(path, Encode(view.stokes.s0, scale));
+  const auto r = Encode(view.colour_s0[0], scale), g = Encode(view.colour_s0[1], scale),
+             b = Encode(view.colour_s0[2], scale);
+  Image<Rgb8> picture(r.width(), r.height());
+  for (std::size_t i = 0; i < picture.size(); ++i)
+    picture.pixels()[i] = {r.pixels()[i], g.pixels()[i], b.pixels()[i]};
+  WritePng(path, picture);
+}
+
+// Hash of everything that a view is made from, but for the scale of its picture.
+std::uint64_t HashView(const Input& input, const InputView& view, const DemosaicOptions& options) {
+  const int format = 1;  // of what is written; to be raised when that changes
+  std::uint64_t hash = Hash(fmt::format("{} {} {}", format, Meaning(input).dump(), options.method));
+  for (const fs::path& file : view.files) hash = HashFile(file, hash);
+  return view.mask ? HashFile(*view.mask, hash) : hash;
+}
+
+std::vector<std::uint64_t> HashViews(const Input& input, const DemosaicOptions& options, Progress& progress) {
+  std::vector<std::uint64_t> hashes(input.views.size());
+  ParallelFor(0, int(hashes.size()), [&](int i) {
+    progress.Check();
+    hashes[std::size_t(i)] = HashView(input, input.views[std::size_t(i)], options);
+  });
+  return hashes;
+}
+
+// The scale, measured again only if a view that decides it has changed.
+double UpdateScale(const Input& input, const DemosaicOptions& options,
+                   const std::vector<std::uint64_t>& hashes, ViewStore& store, Progress& progress) {
+  std::uint64_t key = 0;
+  for (const int view : ScaleViews(input)) key = Hash(ToHex(hashes[std::size_t(view)]), key);
+  if (const auto scale = store.Scale(ToHex(key))) return *scale;
+  const double scale = MeasureScale(input, options, progress);
+  store.SetScale(ToHex(key), scale);
+  return scale;
+}
+
+void WriteView(const Input& input, int index, const DemosaicOptions& options, double scale,
+               ViewStore& store) {
+  const LoadedView loaded = ReadView(input, index);
+  const PolarView view = MakeView(input, loaded, options);
+  WriteStokes(store.StokesPath(loaded.name), view.stokes);
+  WritePicture(store.PicturePath(loaded.name), view, scale);
+  if (loaded.mask.empty()) {
+    fs::remove(store.MaskPath(loaded.name));
+  } else {
+    WritePng(store.MaskPath(loaded.name), loaded.mask);
+  }
+}
+
+// Calls f for every element, a few at once: what they hold in memory is bounded.
+template <class F>
+void ForEachBounded(const std::vector<int>& items, F&& f) {
+  const auto tokens = std::size_t(std::clamp(tbb::info::default_concurrency(), 1, kViewsAtOnce));
+  std::size_t next = 0;
+  tbb::parallel_pipeline(
+      tokens, tbb::make_filter<void, int>(tbb::filter_mode::serial_in_order, [&](tbb::flow_control& control) {
+                if (next < items.size()) return items[next++];
+                control.stop();
+                return -1;
+              }) & tbb::make_filter<int, void>(tbb::filter_mode::parallel, f));
+}
+
+}  // namespace
+
+PolarView MakeView(const Input& input, const LoadedView& loaded, const DemosaicOptions& options) {
+  PolarView view = MakeUnmirrored(input, loaded, options);
+  if (input.clockwise) Mirror(view);
+  return view;
+}
+
+void MakeStokesViews(const Input& input, const fs::path& folder, const DemosaicOptions& options,
+                     Progress& progress) {
+  FindDemosaicMethod(options.method);
+  for (const std::string& note : input.notes) input.polarized() ? progress.Info(note) : progress.Warn(note);
+  const std::vector<std::uint64_t> hashes = HashViews(input, options, progress);
+  ViewStore store(folder);
+  store.Describe(ToString(input.kind), input.polarized());
+  const double scale = UpdateScale(input, options, hashes, store, progress);
+
+  std::vector<std::string> names;
+  std::vector<int> todo;
+  const auto key = [&](int i) { return ToHex(Hash(fmt::format("{}", scale), hashes[std::size_t(i)])); };
+  for (int i = 0; i < int(input.views.size()); ++i) {
+    names.push_back(input.views[std::size_t(i)].name);
+    if (!store.IsValid(names.back(), key(i), input.views[std::size_t(i)].mask.has_value())) todo.push_back(i);
+  }
+  store.RemoveAllBut(names);
+
+  progress.Begin("Stokes views", todo.size());
+  ForEachBounded(todo, [&](int i) {
+    progress.Check();
+    WriteView(input, i, options, scale, store);
+    store.Record(input.views[std::size_t(i)].name, key(i));
+    progress.Advance();
+  });
+}
+
+}  // namespace polarscan

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <filesystem>
+
+#include "acquisition/input.h"
+#include "core/progress.h"
+#include "demosaic/method.h"
+#include "demosaic/polar_view.h"
+
+namespace polarscan {
+
+// One view of an input, demosaiced where it is a mosaic. Stokes as in docs/conventions.md, whatever the
+// source's sense.
+PolarView MakeView(const Input& input, const LoadedView& loaded, const DemosaicOptions& options);
+
+// Writes for every view of the input into `folder`:
+//   NAME.tif         S0, S1, S2, noise (demosaic/stokes.h)
+//   NAME.png         8-bit picture of S0, grey or colour: 255 (S0 / scale)^(1/2.2), one scale for the whole
+//   set, which
+//                    is the 99.5th percentile of S0 (photos: full scale, so that a photo looks as before)
+//   masks/NAME.png   0 or 255, where the input has a mask
+// and views.json: {"polarized", "kind", "scale", "views": {NAME: {"hash", "bytes": {file: size}}}}. A view is
+// kept if its hash (of the input files' bytes and all that decides what they mean) and its files' sizes are
+// right; files of views that are no longer in the input are removed. May be stopped and called again at any
+// time. Memory: at most four views at once. Throws Error on damaged input, Cancelled.
+void MakeStokesViews(const Input& input, const std::filesystem::path& folder, const DemosaicOptions& options,
+                     Progress& progress);
+
+}  // namespace polarscan

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "demosaic/polar_view.h"
+
+#include <cmath>
+#include <limits>
+
+#include "core/parallel.h"
+#include "demosaic/noise.h"
+
+namespace polarscan {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+PolarView EmptyView(int width, int height) {
+  const Image<float> zero(width, height);
+  return {{zero, zero, zero, zero}, {}};
+}
+
+void MarkInvalid(StokesImage& image, const Image<std::uint8_t>& clipped) {
+  for (std::size_t i = 0; i < clipped.size(); ++i)
+    if (clipped.pixels()[i]) image.noise.pixels()[i] = kInfinity;
+}
+
+// Floating-point files may hold NaN or infinity where they know nothing.
+void MarkNonFinite(StokesImage& image) {
+  for (std::size_t i = 0; i < image.s0.size(); ++i) {
+    float &s0 = image.s0.pixels()[i], &s1 = image.s1.pixels()[i], &s2 = image.s2.pixels()[i];
+    if (std::isfinite(s0) && std::isfinite(s1) && std::isfinite(s2)) continue;
+    s0 = s1 = s2 = 0;
+    image.noise.pixels()[i] = kInfinity;
+  }
+}
+
+// Valid pixels get their noise; `gain` is what demosaicing makes of the model's.
+void SetNoise(StokesImage& image, const NoiseModel& model, double gain = 1) {
+  ParallelFor(0, image.s0.height(), [&](int y) {
+    for (int x = 0; x < image.s0.width(); ++x)
+      if (std::isfinite(image.noise(x, y))) image.noise(x, y) = float(gain) * model.Sigma(image.s0(x, y) / 2);
+  });
+}
+
+// Rounding to whole counts is always there, also where too flat a picture shows none.
+NoiseModel WithRounding(NoiseModel model, double rounding) {
+  model.at_zero = std::max(model.at_zero, rounding * rounding);
+  return model;
+}
+
+// Adds one colour's share to the mean over the colours, and to the redundancy I0 + I90 - I45 - I135.
+void AddStokes(const AnglePlanes& planes, float share, StokesImage& image, Image<float>& redundancy) {
+  const auto& [i0, i45, i90, i135] = planes;
+  ParallelFor(0, i0.height(), [&](int y) {
+    for (int x = 0; x < i0.width(); ++x) {
+      const float straight = i0(x, y) + i90(x, y), diagonal = i45(x, y) + i135(x, y);
+      image.s0(x, y) += share * (straight + diagonal) / 2;
+      image.s1(x, y) += share * (i0(x, y) - i90(x, y));
+      image.s2(x, y) += share * (i45(x, y) - i135(x, y));
+      redundancy(x, y) += share * (straight - diagonal);
+    }
+  });
+}
+
+Image<float> S0(const AnglePlanes& planes) {
+  Image<float> s0(planes[0].width(), planes[0].height());
+  for (std::size_t i = 0; i < s0.size(); ++i)
+    s0.pixels()[i] =
+        (planes[0].pixels()[i] + planes[1].pixels()[i] + planes[2].pixels()[i] + planes[3].pixels()[i]) / 2;
+  return s0;
+}
+
+// S0, S1, S2 and colours; noise 0. The redundancy goes to `redundancy`.
+PolarView Combine(const std::vector<AnglePlanes>& colours, Image<float>& redundancy) {
+  const int width = colours[0][0].width(), height = colours[0][0].height();
+  PolarView view = EmptyView(width, height);
+  redundancy = Image<float>(width, height);
+  for (const AnglePlanes& planes : colours) {
+    AddStokes(planes, 1 / float(colours.size()), view.stokes, redundancy);
+    if (colours.size() == 3) view.colour_s0.push_back(S0(planes));
+  }
+  return view;
+}
+
+Image<float> Mean(const std::vector<Image<float>>& planes) {
+  Image<float> mean(planes[0].width(), planes[0].height());
+  for (const Image<float>& plane : planes)
+    for (std::size_t i = 0; i < mean.size(); ++i)
+      mean.pixels()[i] += plane.pixels()[i] / float(planes.size());
+  return mean;
+}
+
+// S0 = 2 x light of each plane and their mean.
+void SetIntensity(const Picture& picture, const Sensor& sensor, PolarView& view) {
+  std::vector<Image<float>> s0;
+  for (const Image<float>& plane : picture.planes) {
+    s0.push_back(ToLight(plane, sensor));
+    for (float& value : s0.back().pixels()) value *= 2;
+  }
+  view.stokes.s0 = Mean(s0);
+  if (s0.size() == 3) view.colour_s0 = std::move(s0);
+}
+
+}  // namespace
+
+PolarView ViewFromMosaic(const Image<float>& counts, const Sensor& sensor, const DemosaicMethod& method) {
+  Image<float> redundancy;
+  PolarView view = Combine(method.interpolate(ToLight(counts, sensor), sensor.layout), redundancy);
+  const int reach = method.Reach(sensor.layout);
+  MarkInvalid(view.stokes, ClippedNear(counts, sensor, reach));
+  const double gain = method.NoiseGain(sensor.layout);
+  if (sensor.dn_per_e > 0 && sensor.gamma == 1) {
+    SetNoise(view.stokes, SensorNoise(sensor), gain);
+  } else {
+    const NoiseModel model = EstimateNoise(view.stokes, redundancy, 2 * reach);
+    SetNoise(view.stokes, WithRounding(model, gain * sensor.QuantizationNoise()));
+  }
+  return view;
+}
+
+PolarView ViewFromAngles(const std::array<const Picture*, 4>& pictures, const Sensor& sensor) {
+  std::vector<AnglePlanes> colours(pictures[0]->planes.size());
+  for (std::size_t c = 0; c < colours.size(); ++c)
+    for (std::size_t a = 0; a < 4; ++a) colours[c][a] = ToLight(pictures[a]->planes[c], sensor);
+  Image<float> redundancy;
+  PolarView view = Combine(colours, redundancy);
+  MarkNonFinite(view.stokes);
+  for (const Picture* picture : pictures)
+    for (const Image<float>& plane : picture->planes) MarkInvalid(view.stokes, ClippedNear(plane, sensor, 0));
+  const bool known = sensor.dn_per_e > 0 && sensor.gamma == 1;
+  const NoiseModel model = known ? SensorNoise(sensor) : EstimateNoise(view.stokes, redundancy, 1);
+  SetNoise(view.stokes, WithRounding(model, sensor.QuantizationNoise()),
+           known ? 1 / std::sqrt(double(colours.size())) : 1);
+  return view;
+}
+
+PolarView ViewFromStokes(const std::array<const Picture*, 3>& pictures, const Image<float>* noise) {
+  PolarView view;
+  view.stokes = {Mean(pictures[0]->planes), Mean(pictures[1]->planes), Mean(pictures[2]->planes), {}};
+  if (pictures[0]->planes.size() == 3) view.colour_s0 = pictures[0]->planes;
+  view.stokes.noise = noise ? *noise : Image<float>(view.stokes.s0.width(), view.stokes.s0.height());
+  MarkNonFinite(view.stokes);
+  if (!noise) SetNoise(view.stokes, EstimateNoise(view.stokes, {}, 1));
+  return view;
+}
+
+PolarView ViewFromAopDop(const Picture& intensity, const Image<float>& aop_rad, const Image<float>& dop,
+                         const Sensor& sensor) {
+  PolarView view = EmptyView(aop_rad.width(), aop_rad.height());
+  SetIntensity(intensity, sensor, view);
+  for (std::size_t i = 0; i < dop.size(); ++i) {
+    const float polarized = dop.pixels()[i] * view.stokes.s0.pixels()[i];
+    view.stokes.s1.pixels()[i] = polarized * std::cos(2 * aop_rad.pixels()[i]);
+    view.stokes.s2.pixels()[i] = polarized * std::sin(2 * aop_rad.pixels()[i]);
+  }
+  MarkNonFinite(view.stokes);
+  SetNoise(view.stokes, WithRounding(EstimateNoise(view.stokes, {}, 1), sensor.QuantizationNoise()));
+  return view;
+}
+
+PolarView ViewFromPhoto(const Picture& picture, const Sensor& sensor) {
+  PolarView view = EmptyView(picture.width(), picture.height());
+  SetIntensity(picture, sensor, view);
+  MarkNonFinite(view.stokes);
+  SetNoise(view.stokes, WithRounding({}, sensor.QuantizationNoise()));
+  return view;
+}
+
+void Mirror(PolarView& view) {
+  for (float& s2 : view.stokes.s2.pixels()) s2 = -s2;
+}
+
+}  // namespace polarscan

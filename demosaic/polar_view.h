@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <array>
+#include <vector>
+
+#include "core/image_io.h"
+#include "demosaic/method.h"
+#include "demosaic/sensor.h"
+#include "demosaic/stokes.h"
+
+namespace polarscan {
+
+// One view, whatever it was made from: its polarization and, where the source has colour, S0 of red, green,
+// blue. Invalid pixels (clipped samples and what depends on them) have infinite noise; S0, S1, S2 are finite
+// there too.
+struct PolarView {
+  StokesImage stokes;
+  std::vector<Image<float>> colour_s0;  // empty or three
+};
+
+// From one raw mosaic, counts as stored.
+PolarView ViewFromMosaic(const Image<float>& counts, const Sensor& sensor, const DemosaicMethod& method);
+
+// From pictures behind polarizers at 0, 45, 90, 135 degrees, grey or colour, all of one size.
+PolarView ViewFromAngles(const std::array<const Picture*, 4>& pictures, const Sensor& sensor);
+
+// From S0, S1, S2 as floating-point pictures, grey or colour. noise: of each pixel, or null to estimate it.
+PolarView ViewFromStokes(const std::array<const Picture*, 3>& pictures, const Image<float>* noise);
+
+// From intensity (grey or colour, S0 = 2 x light), angle (radians, anticlockwise) and degree of polarization.
+PolarView ViewFromAopDop(const Picture& intensity, const Image<float>& aop_rad, const Image<float>& dop,
+                         const Sensor& sensor);
+
+// From a photo without polarization: S1 = S2 = 0. Clipped pixels stay valid: nothing here depends on ratios.
+PolarView ViewFromPhoto(const Picture& picture, const Sensor& sensor);
+
+// Changes the sense of the angle of polarization, for sources that count clockwise.
+void Mirror(PolarView& view);
+
+}  // namespace polarscan
