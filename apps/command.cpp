@@ -49,13 +49,14 @@ void Context::Finish(const nlohmann::json& result, const std::string& text) cons
   }
 }
 
-void AddOptions(CLI::App& command, const OptionTable& table) {
+void AddOptions(CLI::App& command, const OptionTable& table, const std::string& group) {
   for (const Option& row : table) {
     if (row.name == "seed") continue;
     if (CLI::Option* present = command.get_option_no_throw("--" + row.name)) {
       Share(*present, row);
     } else {
       std::visit(AddRow{command, row}, row.value);
+      command.get_option("--" + row.name)->group(group);
     }
   }
 }

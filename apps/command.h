@@ -24,8 +24,8 @@ struct Context {
 
 // Adds each row of the table to the command: numbers and strings as --name VALUE with their range, bools as
 // --name and --no-name. A row whose name the command already has (two stages may share one) is set together
-// with the first; a row "seed" is left to the global flag.
-void AddOptions(CLI::App& command, const OptionTable& table);
+// with the first; a row "seed" is left to the global flag. group: the heading in --help.
+void AddOptions(CLI::App& command, const OptionTable& table, const std::string& group = "Options");
 
 // {name: value} of the rows that the command line or the configuration file set: what goes on top of a
 // preset.

@@ -81,10 +81,12 @@ nlohmann::json AllWarnings(const nlohmann::json& state) {
   return all;
 }
 
+// Its whole numbers: "12 registered, 3041 points".
 std::string CountsText(const nlohmann::json& counts) {
   std::string text;
   for (const auto& [name, count] : counts.items())
-    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count.dump(), name);
+    if (count.is_number_integer())
+      text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count.dump(), name);
   return text;
 }
 
