@@ -65,7 +65,7 @@ Image<float> ReadDepthMap(const std::filesystem::path& path) { return std::move(
 
 Image<Eigen::Vector3f> ReadNormalMap(const std::filesystem::path& path) {
   const std::vector<Image<float>> planes = ReadPlanes(path, 3);
-  Image<Eigen::Vector3f> normals(planes[0].width(), planes[0].height());
+  Image<Eigen::Vector3f> normals(planes[0].width(), planes[0].height(), Eigen::Vector3f::Zero());
   for (std::size_t i = 0; i < normals.size(); ++i)
     normals.pixels()[i] = {planes[0].pixels()[i], planes[1].pixels()[i], planes[2].pixels()[i]};
   return normals;

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/sfm/database.h"
+
+#include <fmt/format.h>
+#include <sqlite3.h>
+
+#include <memory>
+
+#include "core/error.h"
+
+namespace polarscan {
+namespace {
+
+using Connection = std::unique_ptr<sqlite3, decltype(&sqlite3_close)>;
+using Statement = std::unique_ptr<sqlite3_stmt, decltype(&sqlite3_finalize)>;
+
+[[noreturn]] void Fail(sqlite3* database, const std::filesystem::path& path) {
+  throw Error(
+      fmt::format("COLMAP's database cannot be read ({})", database ? sqlite3_errmsg(database) : "no memory"),
+      path.string(), "Remove it and run the same command again");
+}
+
+// Calls row(statement) for each row of the query.
+template <class F>
+void Query(sqlite3* database, const std::filesystem::path& path, const char* query, F&& row) {
+  sqlite3_stmt* raw = nullptr;
+  if (sqlite3_prepare_v2(database, query, -1, &raw, nullptr) != SQLITE_OK) Fail(database, path);
+  const Statement statement(raw, sqlite3_finalize);
+  int result;
+  while ((result = sqlite3_step(raw)) == SQLITE_ROW) row(raw);
+  if (result != SQLITE_DONE) Fail(database, path);
+}
+
+constexpr std::int64_t kPairFactor = 2147483647;  // pair_id = smaller id * factor + larger id
+
+}  // namespace
+
+std::map<std::string, DatabaseImage> ReadDatabase(const std::filesystem::path& path) {
+  sqlite3* raw = nullptr;
+  const int opened = sqlite3_open_v2(path.c_str(), &raw, SQLITE_OPEN_READONLY, nullptr);
+  const Connection database(raw, sqlite3_close);
+  if (opened != SQLITE_OK) Fail(raw, path);
+
+  std::map<std::uint32_t, std::string> names;
+  std::map<std::string, DatabaseImage> images;
+  Query(raw, path, "SELECT image_id, camera_id, name FROM images", [&](sqlite3_stmt* row) {
+    DatabaseImage image;
+    image.id = std::uint32_t(sqlite3_column_int64(row, 0));
+    image.camera_id = std::uint32_t(sqlite3_column_int64(row, 1));
+    const auto* name = reinterpret_cast<const char*>(sqlite3_column_text(row, 2));
+    images[names[image.id] = name ? name : ""] = image;
+  });
+  Query(raw, path, "SELECT image_id, rows FROM keypoints", [&](sqlite3_stmt* row) {
+    const auto name = names.find(std::uint32_t(sqlite3_column_int64(row, 0)));
+    if (name != names.end()) images[name->second].keypoints = sqlite3_column_int(row, 1);
+  });
+  Query(raw, path, "SELECT pair_id FROM two_view_geometries WHERE rows > 0", [&](sqlite3_stmt* row) {
+    const std::int64_t pair = sqlite3_column_int64(row, 0);
+    for (const std::int64_t id : {pair / kPairFactor, pair % kPairFactor}) {
+      const auto name = names.find(std::uint32_t(id));
+      if (name != names.end()) ++images[name->second].partners;
+    }
+  });
+  return images;
+}
+
+}  // namespace polarscan

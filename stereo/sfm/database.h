@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+
+namespace polarscan {
+
+// What COLMAP's database says about one picture.
+struct DatabaseImage {
+  std::uint32_t id = 0, camera_id = 0;
+  int keypoints = 0;
+  int partners = 0;  // other pictures with geometrically verified matches
+};
+
+// The pictures in COLMAP's SQLite database by name (3.8 to 4.x; read only). Throws Error if it is missing or
+// damaged.
+std::map<std::string, DatabaseImage> ReadDatabase(const std::filesystem::path& path);
+
+}  // namespace polarscan

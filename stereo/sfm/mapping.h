@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <filesystem>
+#include <map>
+#include <vector>
+
+#include "stereo/sfm/colmap.h"
+#include "stereo/sfm/database.h"
+#include "stereo/sfm/sfm.h"
+#include "stereo/sfm/view_list.h"
+
+namespace polarscan {
+
+// Structure from motion by COLMAP's programs, step by step. Files in `folder`: database.db, models/.
+struct Mapping {
+  const std::vector<View>& views;
+  std::filesystem::path pictures, folder;
+  const SfmOptions& options;
+  Colmap& colmap;
+  Progress& progress;
+
+  std::filesystem::path database() const { return folder / "database.db"; }
+};
+
+// SIFT features of all pictures. A database of the same pictures and options is gone on with (COLMAP skips
+// what it holds), any other is replaced. Throws Error if COLMAP did not read every picture or found nothing
+// in any.
+void ExtractFeatures(const Mapping& mapping);
+
+// Matches pictures: "exhaustive" (all pairs) or "sequential" (neighbours in the order of names, and ever
+// farther ones).
+void MatchFeatures(const Mapping& mapping, const std::string& matcher);
+
+// Runs the mapper into models/ATTEMPT and returns the best of its models (BestModel). With `lenient`, lower
+// thresholds.
+SparseModel MapViews(const Mapping& mapping, const std::string& attempt, bool lenient);
+
+// The model with most registered views, then most points, of those in the folder's subfolders; empty if there
+// is none. A damaged model is skipped with a warning.
+SparseModel BestModel(const std::filesystem::path& models, Progress& progress);
+
+// Points for known poses: COLMAP's point_triangulator on the database's matches.
+SparseModel TriangulatePoints(const Mapping& mapping, const SparseModel& known);
+
+// What COLMAP found out about the views, for messages.
+std::map<std::string, DatabaseImage> ReadDatabase(const Mapping& mapping);
+
+}  // namespace polarscan

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/sfm/view_list.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/error.h"
+#include "core/image_io.h"
+#include "core/parallel.h"
+
+namespace polarscan {
+
+std::vector<View> ListViews(const std::filesystem::path& views) {
+  std::vector<View> found;
+  if (!std::filesystem::is_directory(views)) throw Error("no folder of views", views.string());
+  for (const auto& entry : std::filesystem::directory_iterator(views)) {
+    const auto path = entry.path();
+    if (path.extension() == ".tif" && !path.filename().string().starts_with("."))
+      found.push_back({path.stem().string()});
+  }
+  if (found.size() < 2)
+    throw Error(fmt::format("{} view(s) found, at least 2 are needed", found.size()), views.string(),
+                "Take pictures from several sides");
+  std::ranges::sort(found, {}, &View::name);
+  ParallelFor(0, int(found.size()), [&](int i) {
+    const Picture picture = ReadPicture(views / found[std::size_t(i)].PictureName());
+    found[std::size_t(i)].width = picture.width();
+    found[std::size_t(i)].height = picture.height();
+  });
+  return found;
+}
+
+std::string Enumerate(const std::vector<std::string>& names, std::size_t most) {
+  const std::size_t shown = std::min(most, names.size());
+  const std::string text =
+      fmt::format("{}", fmt::join(names.begin(), names.begin() + std::ptrdiff_t(shown), ", "));
+  return shown < names.size() ? fmt::format("{} and {} more", text, names.size() - shown) : text;
+}
+
+}  // namespace polarscan

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace polarscan {
+
+// One view of the folder that demosaicing wrote: NAME.tif (Stokes) and NAME.png (picture).
+struct View {
+  std::string name;
+  int width = 0, height = 0;
+
+  std::string PictureName() const { return name + ".png"; }
+};
+
+// The views of a folder, sorted by name. Reads each picture, so that a damaged one is found here and named.
+// Throws Error if there are fewer than two, or a Stokes file lacks its picture.
+std::vector<View> ListViews(const std::filesystem::path& views);
+
+// "a, b, c and 7 more": at most `most` of the names.
+std::string Enumerate(const std::vector<std::string>& names, std::size_t most = 8);
+
+}  // namespace polarscan
