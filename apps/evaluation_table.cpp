@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/evaluation_table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+namespace polarscan {
+namespace {
+
+using nlohmann::json;
+
+std::string Number(const json& value) {
+  return value.is_number() ? fmt::format("{:.4g}", value.get<double>()) : "-";
+}
+std::string Percent(const json& value) {
+  return value.is_number() ? fmt::format("{:.1f} %", 100 * value.get<double>()) : "-";
+}
+
+// The keys are numbers; as text they would sort wrongly.
+std::vector<std::pair<double, json>> ByThreshold(const json& shares) {
+  std::vector<std::pair<double, json>> sorted;
+  for (const auto& [key, value] : shares.items()) sorted.emplace_back(std::stod(key), value);
+  std::ranges::sort(sorted, {}, &std::pair<double, json>::first);
+  return sorted;
+}
+
+std::string Alignment(const json& a) {
+  return fmt::format(
+      "Alignment      {} cameras, scale {:.6g}, centres {:.3g} rms ({:.3g} at worst: {}), orientation {:.3g} "
+      "deg\n",
+      a.at("cameras").get<int>(), a.at("scale").get<double>(), a.at("centre_rms").get<double>(),
+      a.at("centre_max").get<double>(), a.at("worst_camera").get<std::string>(),
+      a.at("rotation_degrees").get<double>());
+}
+
+std::string Errors(const std::string& title, const json& errors) {
+  if (errors.is_null()) return "";
+  const json& all = errors.at("over_all");
+  std::string text = fmt::format("{:<26}{:>12}{:>12}\n", title, "estimated", "all");
+  text += fmt::format("  {:<24}{:>12}{:>12}\n", "mean", Number(errors.at("mean")), Number(all.at("mean")));
+  text +=
+      fmt::format("  {:<24}{:>12}{:>12}\n", "median", Number(errors.at("median")), Number(all.at("median")));
+  for (const auto& [threshold, share] : ByThreshold(all.at("within"))) {
+    const std::string key = fmt::format("{:g}", threshold);
+    text += fmt::format("  {:<24}{:>12}{:>12}\n", "below " + key,
+                        Percent(errors.at("within").value(key, json())), Percent(share));
+  }
+  return text;
+}
+
+std::string Maps(const json& maps) {
+  const json& mean = maps.at("mean");
+  std::string text = fmt::format(
+      "Maps           {} views ({}); {} of the object's pixels estimated; {} of the estimated are off it\n",
+      maps.at("views").get<int>(), maps.at("kind").get<std::string>(), Percent(mean.at("completeness")),
+      Percent(mean.at("beyond")));
+  text += fmt::format("               all: missing pixels count as {:g} and {:g} deg, and no pixel as more\n",
+                      maps.at("depth_penalty").get<double>(), maps.at("normal_penalty").get<double>());
+  return text + Errors("Depth error", mean.value("depth", json())) +
+         Errors("Normal error (deg)", mean.value("normal_degrees", json()));
+}
+
+std::string Cloud(const json& cloud) {
+  std::string text = fmt::format(
+      "Cloud          {} points ({} of the surroundings, {} cropped); {} of the surface counts as visible\n",
+      cloud.at("points").get<std::size_t>(), cloud.at("points_of_surroundings").get<std::size_t>(),
+      cloud.at("points_cropped").get<std::size_t>(), Percent(cloud.at("visible_share")));
+  text += fmt::format("  {:<24}{:>12}{:>12}{:>12}{:>12}\n", "", "mean", "median", "rms", "90 %");
+  for (const std::string name : {"accuracy", "completeness"}) {
+    const json& d = cloud.at(name);
+    if (d.is_null()) continue;
+    text += fmt::format("  {:<24}{:>12}{:>12}{:>12}{:>12}\n", name, Number(d.at("mean")),
+                        Number(d.at("median")), Number(d.at("rms")), Number(d.at("p90")));
+  }
+  text += fmt::format("  {:<24}{:>12}{:>12}{:>12}\n", "within", "precision", "recall", "F");
+  for (const auto& [threshold, shares] : ByThreshold(cloud.at("thresholds")))
+    text +=
+        fmt::format("  {:<24}{:>12}{:>12}{:>12}\n", fmt::format("{:g}", threshold),
+                    Percent(shares.at("precision")), Percent(shares.at("recall")), Percent(shares.at("F")));
+  return text;
+}
+
+}  // namespace
+
+std::string EvaluationTable(const json& evaluation) {
+  std::string text = "Lengths in the truth's units\n";
+  if (evaluation.contains("alignment")) text += Alignment(evaluation.at("alignment"));
+  if (evaluation.contains("maps")) text += Maps(evaluation.at("maps"));
+  if (evaluation.contains("cloud")) text += Cloud(evaluation.at("cloud"));
+  text.pop_back();
+  return text;
+}
+
+}  // namespace polarscan

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion/fuse.h"
+
+#include <fmt/format.h>
+
+#include "apps/command.h"
+#include "apps/scan.h"
+
+namespace polarscan {
+namespace {
+
+struct FuseArguments {
+  std::filesystem::path scan;
+  FusionOptions options;
+};
+
+void Run(const FuseArguments& arguments, Context& context) {
+  FusionOptions options = arguments.options;
+  Scan scan = Scan::Open(arguments.scan, context.progress);
+  scan.ContinueAfter("stereo");
+  scan.Run({"fusion", {"cloud.ply"}, ToJson(Table(options))}, [&](Progress& progress) {
+    const CloudSummary summary = FuseCloud(scan.dense(), scan.cloud(), options, progress);
+    scan.Note("cloud", "points", summary.points);
+    return ToJson(summary);
+  });
+  nlohmann::json result = scan.Counts("fusion");
+  result["cloud"] = scan.cloud().string();
+  context.Finish(result, fmt::format("{} points from {} views, each seen by {:.1f} on average: {}",
+                                     result.at("points").get<std::size_t>(), result.at("views").get<int>(),
+                                     result.at("mean_views").get<double>(), scan.cloud().string()));
+}
+
+}  // namespace
+
+void AddFuseCommand(CLI::App& app, Context& context) {
+  auto arguments = std::make_shared<FuseArguments>();
+  CLI::App* command = app.add_subcommand("fuse", "Fuses a scan's depth maps into SCAN/cloud.ply");
+  command->add_option("SCAN", arguments->scan, "The scan's folder")
+      ->required()
+      ->check(CLI::ExistingDirectory);
+  AddOptions(*command, Table(arguments->options));
+  command->callback([arguments, &context] { Run(*arguments, context); });
+}
+
+}  // namespace polarscan

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion/alignment.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <numbers>
+
+#include "core/error.h"
+
+namespace polarscan {
+namespace {
+
+struct Pair {
+  std::string name;
+  Rigid estimated, truth;
+};
+
+std::vector<Pair> Match(const std::vector<NamedPose>& estimated, const std::vector<NamedPose>& truth) {
+  std::map<std::string, Rigid> by_name;
+  for (const NamedPose& pose : truth) by_name.emplace(pose.name, pose.cam_from_world);
+  std::vector<Pair> pairs;
+  for (const NamedPose& pose : estimated)
+    if (const auto found = by_name.find(pose.name); found != by_name.end())
+      pairs.push_back({pose.name, pose.cam_from_world, found->second});
+  return pairs;
+}
+
+// Angle of a rotation by its Frobenius distance to identity: |R - I| = 2 sqrt(2) sin(angle / 2).
+double AngleDeg(const Eigen::Matrix3d& rotation) {
+  const double sine = (rotation - Eigen::Matrix3d::Identity()).norm() / (2 * std::sqrt(2.0));
+  return 2 * std::asin(std::min(1.0, sine)) * 180 / std::numbers::pi;
+}
+
+}  // namespace
+
+std::vector<NamedPose> Poses(const Workspace& workspace) {
+  std::vector<NamedPose> poses;
+  for (const DenseView& view : workspace.views) poses.push_back({view.name, view.cam_from_world});
+  return poses;
+}
+
+std::vector<NamedPose> Poses(const SparseModel& model) {
+  std::vector<NamedPose> poses;
+  for (const auto& [id, image] : model.images)
+    poses.push_back({std::filesystem::path(image.name).stem().string(), image.cam_from_world});
+  return poses;
+}
+
+Alignment AlignCameras(const std::vector<NamedPose>& estimated, const std::vector<NamedPose>& truth) {
+  const std::vector<Pair> pairs = Match(estimated, truth);
+  if (pairs.size() < 3)
+    throw Error(fmt::format("{} of {} estimated cameras have a true pose of the same name", pairs.size(),
+                            estimated.size()),
+                "alignment", "At least three are needed; names are compared without folder and extension");
+  std::vector<Eigen::Vector3d> from, to;
+  for (const Pair& pair : pairs) {
+    from.push_back(pair.estimated.Center());
+    to.push_back(pair.truth.Center());
+  }
+  Alignment alignment;
+  alignment.truth_from_scan = EstimateSimilarity(from, to);
+  alignment.cameras = int(pairs.size());
+  const double n = double(pairs.size());
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const double distance = (alignment.truth_from_scan * from[i] - to[i]).norm();
+    alignment.rms += distance * distance / n;
+    if (distance >= alignment.max) alignment.max = distance, alignment.worst = pairs[i].name;
+    const Eigen::Matrix3d moved = alignment.truth_from_scan(pairs[i].estimated).rotation;
+    alignment.rotation_deg += AngleDeg(moved * pairs[i].truth.rotation.transpose()) / n;
+  }
+  alignment.rms = std::sqrt(alignment.rms);
+  return alignment;
+}
+
+nlohmann::json ToJson(const Alignment& a) {
+  return {{"cameras", a.cameras}, {"scale", a.truth_from_scan.scale}, {"centre_rms", a.rms},
+          {"centre_max", a.max},  {"worst_camera", a.worst},          {"rotation_degrees", a.rotation_deg}};
+}
+
+}  // namespace polarscan

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion/cloud.h"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cstring>
+
+#include "core/error.h"
+#include "core/files.h"
+#include "core/ply.h"
+
+namespace polarscan {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "WriteCloud copies little-endian numbers");
+
+std::string Header(std::size_t count, const std::string& comment) {
+  return fmt::format(
+      "ply\nformat binary_little_endian 1.0\n{}element vertex {}\n"
+      "property float x\nproperty float y\nproperty float z\n"
+      "property float nx\nproperty float ny\nproperty float nz\n"
+      "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+      "property float dop\nproperty float confidence\nproperty ushort views\nend_header\n",
+      comment.empty() ? "" : "comment " + comment + "\n", count);
+}
+
+template <class T>
+void Append(std::string& bytes, const T& value) {
+  char raw[sizeof(T)];
+  std::memcpy(raw, &value, sizeof(T));
+  bytes.append(raw, sizeof(T));
+}
+
+}  // namespace
+
+void WriteCloud(const std::filesystem::path& path, const std::vector<CloudPoint>& points,
+                const std::string& comment) {
+  constexpr std::size_t kBytesPerPoint = 37;
+  std::string bytes = Header(points.size(), comment);
+  bytes.reserve(bytes.size() + kBytesPerPoint * points.size());
+  for (const CloudPoint& p : points) {
+    for (int k = 0; k < 3; ++k) Append(bytes, p.position[k]);
+    for (int k = 0; k < 3; ++k) Append(bytes, p.normal[k]);
+    for (std::uint8_t c : {p.colour.r, p.colour.g, p.colour.b}) Append(bytes, c);
+    Append(bytes, p.dop);
+    Append(bytes, p.confidence);
+    Append(bytes, p.views);
+  }
+  WriteFileAtomically(path, bytes);
+}
+
+CloudPositions ReadCloudPositions(const std::filesystem::path& path) {
+  const PlyFile ply = ReadPly(path);
+  const auto vertex = ply.find("vertex");
+  if (vertex == ply.end()) throw Error("the PLY file has no vertices", path.string());
+  const auto& columns = vertex->second.columns;
+  for (const char* axis : {"x", "y", "z"})
+    if (!columns.contains(axis))
+      throw Error(fmt::format("the PLY file's vertices have no {}", axis), path.string());
+  const auto &x = columns.at("x"), &y = columns.at("y"), &z = columns.at("z");
+  CloudPositions cloud;
+  cloud.points.reserve(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const Eigen::Vector3d p(x[i], y[i], z[i]);
+    if (p.allFinite()) cloud.points.push_back(p);
+  }
+  cloud.not_finite = x.size() - cloud.points.size();
+  return cloud;
+}
+
+}  // namespace polarscan

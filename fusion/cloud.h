@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/image.h"
+
+namespace polarscan {
+
+// A fused surface point, world frame and units.
+struct CloudPoint {
+  Eigen::Vector3f position, normal;  // normal: unit, towards the cameras that saw it
+  Rgb8 colour;
+  float dop = 0;            // degree of linear polarization, 0 to 1: mean over the agreeing views
+  float confidence = 0;     // 0 to 1, see fusion/consistency.h
+  std::uint16_t views = 0;  // that agree, the reference view included
+};
+
+// Binary little-endian PLY: x y z nx ny nz (float), red green blue (uchar), dop confidence (float), views
+// (ushort). MeshLab reads the first nine, CloudCompare the rest as scalar fields. `comment` becomes a comment
+// line. Atomic.
+void WriteCloud(const std::filesystem::path& path, const std::vector<CloudPoint>& points,
+                const std::string& comment = "");
+
+// Finite positions of any PLY with x, y and z, and how many were left out for not being finite.
+struct CloudPositions {
+  std::vector<Eigen::Vector3d> points;
+  std::size_t not_finite = 0;
+};
+CloudPositions ReadCloudPositions(const std::filesystem::path& path);
+
+}  // namespace polarscan

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "fusion/cloud.h"
+#include "fusion/maps.h"
+
+namespace polarscan {
+
+// Limits within which another view's estimate agrees with a pixel's.
+struct ConsistencyLimits {
+  double reprojection_px, relative_depth, normal_deg;
+};
+
+// How the questions "does that view agree with this pixel?" ended.
+struct ConsistencyCounts {
+  std::size_t agreed = 0;
+  std::size_t outside = 0;       // behind that camera or out of its picture
+  std::size_t no_depth = 0;      // nothing estimated there
+  std::size_t depth = 0;         // relative depth differs too much
+  std::size_t seen_through = 0;  // of those: that view sees a surface farther away, through this point
+  std::size_t reprojection = 0;  // too many pixels back in the first view
+  std::size_t normal = 0;        // normals differ too much
+  ConsistencyCounts& operator+=(const ConsistencyCounts& other);
+};
+
+// One agreeing view.
+struct Agreement {
+  int view;               // index into the list of candidates
+  int x, y;               // its pixel
+  Eigen::Vector3d point;  // its surface point, world
+  double residual;        // 0 (same point, same normal) to 1 (at the limits): mean of the three tests
+};
+
+// A pixel with an estimate, as a point in the world.
+struct SurfacePoint {
+  Eigen::Vector3d position, normal;
+};
+SurfacePoint BackProject(const ViewMaps& view, int x, int y);
+
+// Which of `candidates` agree with pixel (x, y) of `reference`. The other view's depth is taken exactly where
+// the point projects to, from the plane of the nearest pixel's depth and normal, so that the reprojection
+// error measures the surfaces' distance and not the rounding to whole pixels. Geometry: forward-backward
+// check as in COLMAP and ACMMP.
+void FindAgreements(const ViewMaps& reference, int x, int y,
+                    const std::vector<std::shared_ptr<const ViewMaps>>& candidates,
+                    const ConsistencyLimits& limits, std::vector<Agreement>& agreements,
+                    ConsistencyCounts& counts);
+
+// The mean of the reference pixel and of the pixels that agree with it, each weighted by the cosine of its
+// angle of view. Confidence in [0, 1): 1 - exp(-s), s = sum over agreeing views of sin(a) (1 - residual),
+// with a the angle at the point between that view and the reference (90 degrees at most): many views from
+// well apart that agree well.
+CloudPoint Fuse(const ViewMaps& reference, int x, int y,
+                const std::vector<std::shared_ptr<const ViewMaps>>& candidates,
+                const std::vector<Agreement>& agreements);
+
+}  // namespace polarscan

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstddef>
+#include <filesystem>
+#include <string>
+
+#include "core/options.h"
+#include "core/progress.h"
+#include "fusion/consistency.h"
+#include "stereo/workspace.h"
+
+namespace polarscan {
+
+struct FusionOptions {
+  std::string maps = "auto";     // which maps: auto (geometric if there are any), geometric, photometric
+  int min_views = 3;             // views that must agree on a point, the first one included
+  double reprojection_px = 1.0;  // how far apart two views' points may lie, seen from the first
+  double relative_depth = 0.01;  // how much their depths may differ, as a share
+  double normal_deg = 30;        // how much their normals may differ
+  int check_views = 50;          // views asked about a pixel at most: those that overlap most
+  bool masks = true;             // pixels outside of masks/NAME.png make no points
+  double memory_gb = 4;          // maps kept in memory; fewer views' maps are read anew
+};
+OptionTable Table(FusionOptions& options);
+
+// What became of the pixels; each pixel with a depth ends in exactly one of the lines after `with_depth`.
+struct FusionCounts {
+  std::size_t with_depth = 0;
+  std::size_t masked = 0;  // outside of the mask
+  std::size_t without_normal = 0;
+  std::size_t absorbed = 0;       // part of a point that an earlier pixel began
+  std::size_t too_few_views = 0;  // fewer views agree than asked for
+  std::size_t contradicted = 0;   // more views see through the point than agree with it
+  std::size_t points = 0;
+  ConsistencyCounts asked;  // how the single questions ended
+};
+
+struct CloudSummary {
+  std::size_t points = 0;
+  int views = 0;     // with maps
+  std::string maps;  // "geometric" or "photometric"
+  double mean_views = 0, mean_confidence = 0, mean_dop = 0;
+  FusionCounts counts;
+};
+nlohmann::json ToJson(const CloudSummary& summary);
+
+// Fuses the depth maps of a workspace into a cloud (fusion/cloud.h). Views are taken in order; each pixel
+// that no earlier point has absorbed asks the overlapping views whether they agree (fusion/consistency.h);
+// with enough of them it becomes a point and absorbs their pixels. Same bytes for any number of threads and
+// any memory limit. Views without maps are left out with a warning. Throws Error if a file is damaged
+// (named), if there are no maps, or if nothing is consistent (with the counts of why).
+CloudSummary FuseCloud(const std::filesystem::path& dense, const std::filesystem::path& cloud_ply,
+                       const FusionOptions& options, Progress& progress);
+CloudSummary FuseCloud(const Workspace& workspace, const std::filesystem::path& cloud_ply,
+                       const FusionOptions& options, Progress& progress);
+
+}  // namespace polarscan

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion/overlap.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+#include "fusion/consistency.h"
+
+namespace polarscan {
+namespace {
+
+constexpr std::size_t kSample = 2000;  // points asked about, of the many
+constexpr double kMinFacing = 0.1;     // cosine of the steepest view onto a point that counts
+
+std::vector<SurfacePoint> SomePoints(const ViewMaps& maps) {
+  std::vector<std::pair<int, int>> pixels;
+  for (int y = 0; y < maps.depth.height(); ++y)
+    for (int x = 0; x < maps.depth.width(); ++x)
+      if (maps.depth(x, y) > 0) pixels.emplace_back(x, y);
+  std::vector<SurfacePoint> points;
+  const std::size_t step = std::max<std::size_t>(1, pixels.size() / kSample);
+  for (std::size_t i = step / 2; i < pixels.size(); i += step)
+    points.push_back(BackProject(maps, pixels[i].first, pixels[i].second));
+  return points;
+}
+
+bool MaySee(const DenseView& view, const SurfacePoint& point) {
+  const Eigen::Vector3d p = view.cam_from_world * point.position;
+  if (p.z() <= 0) return false;
+  const Eigen::Vector2d uv = view.camera.Project(p);
+  const Eigen::Vector3d to_view = (view.cam_from_world.Center() - point.position).normalized();
+  return uv.x() >= 0 && uv.y() >= 0 && uv.x() < view.camera.width && uv.y() < view.camera.height &&
+         to_view.dot(point.normal) > kMinFacing;
+}
+
+}  // namespace
+
+std::vector<int> OverlappingViews(const Workspace& workspace, int reference, const ViewMaps& maps,
+                                  const std::vector<bool>& usable, int limit) {
+  const std::vector<SurfacePoint> points = SomePoints(maps);
+  std::vector<std::pair<long, int>> ranked;  // (-points seen, view)
+  for (int i = 0; i < int(workspace.views.size()); ++i) {
+    if (i == reference || !usable[std::size_t(i)]) continue;
+    const DenseView& view = workspace.views[std::size_t(i)];
+    const long seen = std::ranges::count_if(points, [&](const SurfacePoint& p) { return MaySee(view, p); });
+    if (seen > 0) ranked.emplace_back(-seen, i);
+  }
+  std::ranges::sort(ranked);
+  ranked.resize(std::min(ranked.size(), std::size_t(limit)));
+  std::vector<int> views;
+  for (const auto& [rank, view] : ranked) views.push_back(view);
+  std::ranges::sort(views);
+  return views;
+}
+
+}  // namespace polarscan

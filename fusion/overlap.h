@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <vector>
+
+#include "fusion/maps.h"
+
+namespace polarscan {
+
+// The views (indices into workspace.views, in rising order) that may see what `reference` sees: those into
+// whose picture most of a sample of its points falls, seen from the front, at most `limit` of them,
+// `reference` itself and views not in `usable` left out.
+std::vector<int> OverlappingViews(const Workspace& workspace, int reference, const ViewMaps& maps,
+                                  const std::vector<bool>& usable, int limit);
+
+}  // namespace polarscan

@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion/evaluate.h"
+
+#include <gtest/gtest.h>
+
+#include "core/random.h"
+#include "fusion/alignment.h"
+#include "fusion/cloud.h"
+#include "fusion/error_statistics.h"
+#include "fusion/fuse.h"
+#include "fusion/surface.h"
+#include "fusion/thresholds.h"
+#include "tests/fusion/sphere_scene.h"
+
+namespace polarscan {
+namespace {
+
+using nlohmann::json;
+
+Eigen::Vector3d RandomPoint(Random& random) { return {random.Normal(), random.Normal(), random.Normal()}; }
+
+Similarity SomeSimilarity() {
+  Similarity s;
+  s.scale = 2.5;
+  s.rotation = Eigen::AngleAxisd(2.1, Eigen::Vector3d(1, 2, -0.5).normalized()).toRotationMatrix();
+  s.translation = {10, -4, 7};
+  return s;
+}
+
+// Points of a square grid in the plane z = height.
+std::vector<Eigen::Vector3d> Grid(double from_x, double to_x, double half_y, double spacing, double height) {
+  std::vector<Eigen::Vector3d> points;
+  for (double x = from_x; x <= to_x + 1e-9; x += spacing)
+    for (double y = -half_y; y <= half_y + 1e-9; y += spacing) points.emplace_back(x, y, height);
+  return points;
+}
+
+json EvaluatePoints(const std::vector<Eigen::Vector3d>& points, const Truth& truth,
+                    EvaluateOptions options = {}, const std::vector<DenseView>& cameras = {}) {
+  Progress progress;
+  options.samples = 50000;
+  return EvaluateCloud(points, cameras, truth, options, 1, progress);
+}
+
+TEST(Similarity, IsRecoveredFromItsPairs) {
+  const Similarity truth = SomeSimilarity();
+  Random random(1);
+  std::vector<Eigen::Vector3d> from, to;
+  for (int i = 0; i < 5; ++i) {
+    from.push_back(RandomPoint(random));
+    to.push_back(truth * from.back());
+  }
+  const Similarity found = EstimateSimilarity(from, to);
+  EXPECT_NEAR(found.scale, truth.scale, 1e-12);
+  EXPECT_LT((found.rotation - truth.rotation).norm(), 1e-12);
+  EXPECT_LT((found.translation - truth.translation).norm(), 1e-11);
+}
+
+TEST(Similarity, IsARotationAlsoForPointsInAPlane) {
+  const Similarity truth = SomeSimilarity();
+  std::vector<Eigen::Vector3d> from = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 2, 0}}, to;
+  for (const Eigen::Vector3d& p : from) to.push_back(truth * p);
+  EXPECT_LT((EstimateSimilarity(from, to).rotation - truth.rotation).norm(), 1e-9);
+}
+
+TEST(Similarity, IsRefusedForPointsOnALineOrTooFew) {
+  const std::vector<Eigen::Vector3d> line = {{0, 0, 0}, {1, 1, 1}, {2, 2, 2}, {5, 5, 5}};
+  EXPECT_THROW(EstimateSimilarity(line, line), Error);
+  EXPECT_THROW(EstimateSimilarity({{0, 0, 0}, {1, 0, 0}}, {{0, 0, 0}, {1, 0, 0}}), Error);
+}
+
+TEST(Alignment, MovesCamerasOntoTheirTruePosesAndReportsTheResidual) {
+  const Similarity truth_from_scan = SomeSimilarity();
+  const Workspace scan = SphereWorkspace("unused", 6);
+  std::vector<NamedPose> truth = Poses(scan);
+  for (NamedPose& pose : truth) pose.cam_from_world = truth_from_scan(pose.cam_from_world);
+  // A point looks the same from the moved camera, but for the scale.
+  const Eigen::Vector3d p(0.3, 0.2, -0.4), before = scan.views[2].cam_from_world * p,
+                                           after = truth[2].cam_from_world * (truth_from_scan * p);
+  EXPECT_LT((after - truth_from_scan.scale * before).norm(), 1e-12);
+
+  truth.push_back({"unregistered", {}});
+  EXPECT_LT(AlignCameras(Poses(scan), truth).max, 1e-11);
+  EXPECT_LT(AlignCameras(Poses(scan), truth).rotation_deg, 1e-5);
+  EXPECT_EQ(AlignCameras(Poses(scan), truth).cameras, 6);
+
+  truth[4].cam_from_world.translation.z() += 0.5;
+  const Alignment bent = AlignCameras(Poses(scan), truth);
+  EXPECT_EQ(bent.worst, "v104");
+  EXPECT_GT(bent.max, 0.1);
+  EXPECT_LT(bent.max, 0.5);
+}
+
+TEST(Alignment, NeedsThreeCamerasOfTheSameName) {
+  std::vector<NamedPose> scan = Poses(SphereWorkspace("unused", 6)), truth = scan;
+  for (std::size_t i = 2; i < truth.size(); ++i) truth[i].name += "x";
+  EXPECT_THROW(AlignCameras(scan, truth), Error);
+}
+
+TEST(Surface, DistanceToATriangleIsThatOfTheNearestOfManyOfItsPoints) {
+  Random random(5);
+  for (int i = 0; i < 50; ++i) {
+    const Eigen::Vector3d a = RandomPoint(random), b = RandomPoint(random), c = RandomPoint(random),
+                          p = 2 * RandomPoint(random);
+    double nearest = 1e9;
+    for (int u = 0; u <= 200; ++u)
+      for (int v = 0; u + v <= 200; ++v)
+        nearest = std::min(nearest, (a + u / 200. * (b - a) + v / 200. * (c - a) - p).norm());
+    const double distance = TriangleDistance(p, a, b, c);
+    EXPECT_LE(distance, nearest + 1e-12);
+    EXPECT_GE(distance, nearest - 0.03);
+  }
+}
+
+TEST(Surface, DistanceToAMeshIsTheLeastOverItsTriangles) {
+  TriangleMesh mesh = SphereMesh(12);
+  for (Eigen::Vector3d& v : mesh.vertices)
+    v += Eigen::Vector3d(100, 0, 0);  // far away, where floats are coarse
+  const SurfaceDistance distance({mesh});
+  Random random(2);
+  for (int i = 0; i < 200; ++i) {
+    const Eigen::Vector3d p = Eigen::Vector3d(100, 0, 0) + 0.8 * RandomPoint(random);
+    double least = 1e9;
+    for (const auto& t : mesh.triangles)
+      least =
+          std::min(least, TriangleDistance(p, mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]));
+    EXPECT_NEAR(distance(p), least, 1e-9);
+  }
+}
+
+TEST(Surface, SamplesLieOnTheMeshUniformByArea) {
+  const TriangleMesh mesh = SphereMesh(100);
+  EXPECT_NEAR(SurfaceArea(mesh), 4 * std::numbers::pi, 0.003);
+  const auto samples = SampleSurface(mesh, 40000, 1);
+  double above = 0;
+  for (const SurfaceSample& s : samples) {
+    EXPECT_NEAR(s.position.norm(), 1, 6e-4);
+    EXPECT_GT(s.normal.dot(s.position), 0.99);
+    above += s.position.z() > 0.5;  // a quarter of the sphere, by Archimedes
+  }
+  EXPECT_NEAR(above / double(samples.size()), 0.25, 0.01);
+}
+
+TEST(Statistics, PercentilesInterpolateAsNumpyDoes) {
+  EXPECT_DOUBLE_EQ(Percentile({4, 1, 3, 2}, 50), 2.5);
+  EXPECT_DOUBLE_EQ(Percentile({4, 1, 3, 2}, 90), 3.7);
+  EXPECT_DOUBLE_EQ(Percentile({5}, 90), 5);
+  EXPECT_DOUBLE_EQ(Percentile({1, 2, 3}, 100), 3);
+}
+
+TEST(Statistics, MissingPixelsCountWithThePenalty) {
+  const json r = PixelErrors({0.01, 0.03, 0.2}, 5, 0.05, {0.02, 0.1});
+  EXPECT_DOUBLE_EQ(r["mean"], 0.08);
+  EXPECT_DOUBLE_EQ(r["median"], 0.03);
+  EXPECT_DOUBLE_EQ(r["over_all"]["mean"], (0.01 + 0.03 + 3 * 0.05) / 5);
+  EXPECT_DOUBLE_EQ(r["over_all"]["median"], 0.05);
+  EXPECT_DOUBLE_EQ(r["within"]["0.02"], 1 / 3.);
+  EXPECT_DOUBLE_EQ(r["over_all"]["within"]["0.1"], 0.4);
+}
+
+TEST(Statistics, ThresholdListsAreParsedAndBadOnesRefused) {
+  EXPECT_EQ(ParseThresholds("0.5, 1 2", 10), (std::vector<double>{5, 10, 20}));
+  for (const char* bad : {"", "a", "1,,x", "0", "-1", "1;2"})
+    EXPECT_THROW(ParseThresholds(bad, 1), Error) << bad;
+}
+
+TEST(Cloud, PointsOffAPlaneHaveTheOffsetAsAccuracy) {
+  const Truth truth(SquareMesh(1, 0), {});
+  const json r = EvaluatePoints(Grid(-0.9, 0.9, 0.9, 0.01, 0.0125), truth);
+  EXPECT_NEAR(r["accuracy"]["mean"], 0.0125, 1e-9);
+  EXPECT_NEAR(r["accuracy"]["p90"], 0.0125, 1e-9);
+  EXPECT_DOUBLE_EQ(r["thresholds"]["0.01"]["precision"], 0);
+  EXPECT_DOUBLE_EQ(r["thresholds"]["0.02"]["precision"], 1);
+  EXPECT_NEAR(r["completeness"]["median"], std::hypot(0.0125, 0.0038),
+              5e-4);  // 0.0038: half of a 0.01 cell is nearer
+}
+
+TEST(Cloud, HalfOfASurfaceHasHalfOfTheRecall) {
+  const Truth truth(SquareMesh(1, 0), {});
+  EvaluateOptions options;
+  options.cap = 0.1;
+  const json r = EvaluatePoints(Grid(-1, 0, 1, 0.01, 0), truth, options);
+  EXPECT_DOUBLE_EQ(r["unit"], 1);  // radius sqrt(2), rounded
+  EXPECT_NEAR(r["thresholds"]["0.01"]["recall"], 0.505, 0.006);
+  EXPECT_DOUBLE_EQ(r["thresholds"]["0.01"]["precision"], 1);
+  EXPECT_NEAR(r["thresholds"]["0.01"]["F"], 2 * 0.505 / 1.505, 0.006);
+  EXPECT_NEAR(r["completeness"]["mean"], (0.5 * 0.0038 + 0.05 * 0.05 + 0.45 * 0.1),
+              0.001);  // capped beyond 0.1
+}
+
+TEST(Cloud, PointsOfTheTableDoNotCountAndStraysDo) {
+  const std::vector<Eigen::Vector3d> object = Grid(-0.9, 0.9, 0.9, 0.02, 0.001);
+  std::vector<Eigen::Vector3d> points = object;
+  for (const Eigen::Vector3d& p : Grid(-2, 2, 2, 0.05, -0.9)) points.push_back(p);
+  points.emplace_back(0, 0, 0.5);  // a stray above the object
+  const Truth alone(SquareMesh(1, 0), {}), on_table(SquareMesh(1, 0), {SquareMesh(3, -1)});
+  EXPECT_GT(EvaluatePoints(points, alone)["accuracy"]["p90"], 0.5);
+  const json r = EvaluatePoints(points, on_table);
+  EXPECT_EQ(r["points_of_surroundings"], points.size() - object.size() - 1);
+  EXPECT_NEAR(r["accuracy"]["mean"], (0.001 * double(object.size()) + 0.5) / double(object.size() + 1), 1e-9);
+
+  EvaluateOptions options;
+  options.crop = 0.1;
+  const json cropped = EvaluatePoints(points, alone, options);
+  EXPECT_EQ(cropped["points_cropped"], points.size() - object.size());
+  EXPECT_NEAR(cropped["accuracy"]["mean"], 0.001, 1e-9);
+}
+
+TEST(Cloud, OnlySurfaceThatCamerasSeeCounts) {
+  const Truth truth(SphereMesh(100), {});
+  std::vector<DenseView> cameras = {
+      {"one", {200, 200, 150, 150, 100, 100}, LookAtOrigin({0, 0, 4}), 1, 9, {}}};
+  EvaluateOptions options;
+  options.seen_by = 1;
+  const std::vector<Eigen::Vector3d> points = SphereMesh(50).vertices;
+  // The cap that is seen from distance 4 is (1 - 1/4) / 2 of the sphere.
+  EXPECT_NEAR(EvaluatePoints(points, truth, options, cameras)["visible_share"], 0.375, 0.005);
+  cameras.push_back({"two", cameras[0].camera, LookAtOrigin({0, 0, -4}), 1, 9, {}});
+  EXPECT_NEAR(EvaluatePoints(points, truth, options, cameras)["visible_share"], 0.75, 0.005);
+  options.seen_by = 2;
+  EXPECT_NEAR(EvaluatePoints(points, truth, options, cameras)["visible_share"], 0, 1e-9);
+  options.seen_by = 0;
+  EXPECT_NEAR(EvaluatePoints(points, truth, options, cameras)["visible_share"], 1, 1e-9);
+  options.seen_by = 1;  // a screen before the first camera
+  const Truth hidden(SphereMesh(100), {SquareMesh(2, 2)});
+  EXPECT_NEAR(EvaluatePoints(points, hidden, options, cameras)["visible_share"], 0.375, 0.005);
+}
+
+TEST(Cloud, NothingLeftToCompareIsAnError) {
+  const Truth truth(SquareMesh(1, 0), {SquareMesh(1, -5)});
+  EXPECT_THROW(EvaluatePoints({{0, 0, -4.9}}, truth), Error);
+}
+
+class MapErrors : public ::testing::Test {
+ protected:
+  json Mean(const Similarity& truth_from_scan = {}, const EvaluateOptions& options = {}) {
+    Progress progress;
+    return EvaluateMaps(workspace_, truth_from_scan, truth_, options, progress).at("mean");
+  }
+
+  TemporaryFolder folder_;
+  Workspace workspace_ = SphereWorkspace(folder_.path(), 3);
+  Truth truth_{SphereMesh(300), {}};
+};
+
+TEST_F(MapErrors, AreNearlyZeroForExactMaps) {
+  WriteSphere(workspace_);
+  const json mean = Mean();
+  EXPECT_LT(mean["depth"]["median"], 1e-4);
+  EXPECT_LT(mean["normal_degrees"]["median"], 0.03);
+  EXPECT_GT(mean["completeness"], 0.995);
+  EXPECT_LT(mean["beyond"], 0.005);
+}
+
+TEST_F(MapErrors, AreTheOffsetAndTheTiltThatWerePutIn) {
+  const Eigen::AngleAxisf tilt(0.1f, Eigen::Vector3f::UnitZ());
+  WriteSphere(workspace_, [&](int, SphereMaps& maps) {
+    for (float& depth : maps.depth.pixels())
+      if (depth > 0) depth += 0.015f;
+    for (Eigen::Vector3f& n : maps.normal.pixels()) n = 3 * (tilt * n);  // its length does not matter
+  });
+  const json mean = Mean();
+  EXPECT_NEAR(mean["depth"]["median"], 0.015, 1e-4);
+  EXPECT_LT(mean["depth"]["within"]["0.01"], 0.02);
+  EXPECT_GT(mean["depth"]["within"]["0.02"], 0.98);
+  EXPECT_LT(mean["normal_degrees"]["median"],
+            0.1 * 180 / std::numbers::pi);  // less near the axis of the tilt
+  EXPECT_GT(mean["normal_degrees"]["mean"], 2);
+}
+
+TEST_F(MapErrors, OfMissingPixelsAreThePenalty) {
+  WriteSphere(workspace_, [&](int, SphereMaps& maps) {
+    for (int y = 0; y < maps.depth.height(); ++y)
+      for (int x = 0; x < 80; ++x) maps.depth(x, y) = 0;
+  });
+  const json mean = Mean();
+  const double missing = 1 - mean["completeness"].get<double>();
+  EXPECT_NEAR(missing, 0.5, 0.05);
+  EXPECT_NEAR(mean["normal_degrees"]["over_all"]["mean"], 90 * missing, 0.1);
+  EXPECT_NEAR(mean["depth"]["over_all"]["mean"], 0.05 * missing, 3e-4);
+}
+
+TEST_F(MapErrors, DoNotChangeWithTheFrameOfTheScan) {
+  WriteSphere(workspace_);
+  const json before = Mean();
+  const Similarity truth_from_scan =
+      SomeSimilarity();  // the truth lies elsewhere and is larger than the scan
+  TriangleMesh mesh = SphereMesh(300);
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    mesh.vertices[i] = truth_from_scan * mesh.vertices[i];
+    mesh.normals[i] = truth_from_scan.rotation * mesh.normals[i];
+  }
+  truth_ = Truth(mesh, {});
+  EvaluateOptions options;
+  options.unit = truth_from_scan.scale;
+  const json after = Mean(truth_from_scan, options);
+  EXPECT_NEAR(after["depth"]["mean"], 2.5 * before["depth"]["mean"].get<double>(), 1e-6);
+  EXPECT_NEAR(after["normal_degrees"]["mean"], before["normal_degrees"]["mean"], 1e-4);
+  EXPECT_NEAR(after["completeness"], before["completeness"], 1e-9);
+}
+
+TEST_F(MapErrors, LeaveOutWhatTheTableHides) {
+  WriteSphere(workspace_);
+  Progress progress;
+  const json alone = EvaluateMaps(workspace_, {}, truth_, {}, progress).at("per_view").at("v100");
+  // A screen between the first camera and the lower half of the sphere.
+  TriangleMesh screen;
+  const Rigid world_from_cam = workspace_.views[0].cam_from_world.Inverse();
+  for (const Eigen::Vector3d& corner : {Eigen::Vector3d(-5, 0, 2), {5, 0, 2}, {5, 5, 2}, {-5, 5, 2}})
+    screen.vertices.push_back(world_from_cam * corner);
+  screen.triangles = {{0, 1, 2}, {0, 2, 3}};
+  ComputeVertexNormals(screen);
+  const Truth hidden(SphereMesh(300), {screen});
+  const json half = EvaluateMaps(workspace_, {}, hidden, {}, progress).at("per_view").at("v100");
+  EXPECT_NEAR(half["object_pixels"].get<double>() / alone["object_pixels"].get<double>(), 0.5, 0.02);
+  EXPECT_NEAR(half["beyond"], 0.5, 0.02);
+}
+
+}  // namespace
+}  // namespace polarscan
