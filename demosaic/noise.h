@@ -18,9 +18,11 @@ struct NoiseModel {
 NoiseModel SensorNoise(const Sensor& sensor);
 
 // From the picture itself, for sources of unknown gain. Pixels are sorted by brightness into bins; in each
-// the larger of two robust levels (medians) counts, because each is blind to something:
+// the larger of two robust levels counts, because each is blind to something:
 //   redundancy I0 + I90 - I45 - I135 (sd 2 sigma): sees no noise that the four angles share, as in rendered
-//   sets; second differences of S1 and S2 (sd sqrt(12) sigma): see no noise that is smooth, as in compressed
+//   sets.
+//     Polarizers of unequal gain show in it and count: they make S1 and S2 wrong just as noise does;
+//   mixed second differences of S1 and S2 (sd sqrt(72) sigma): see no noise that is smooth, as in compressed
 //   pictures.
 // Then the model is fitted to the bins. image.noise must be infinite at invalid pixels, which do not count,
 // and finite elsewhere. redundancy: of each pixel, or empty where the source has none. lag: distance in

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "demosaic/polar_view.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+#include "core/random.h"
+#include "mosaic.h"
+
+namespace polarscan {
+namespace {
+
+namespace fs = std::filesystem;
+using test::Stokes;
+
+const DemosaicMethod& Bilinear() { return FindDemosaicMethod("bilinear"); }
+
+Image<float> ToCounts(Image<float> light, const Sensor& sensor) {
+  for (float& value : light.pixels())
+    value = std::min(float(sensor.white_dn), std::round(float(sensor.black_dn + value * sensor.RangeDn())));
+  return light;
+}
+
+Sensor TwelveBits(const std::string& layout) {
+  Sensor sensor;
+  sensor.layout = ParseLayout(layout);
+  sensor.bits = 12, sensor.black_dn = 60, sensor.white_dn = 4095;
+  return sensor;
+}
+
+double Degrees(float radians) { return radians * 180 / 3.14159265358979; }
+
+TEST(Mosaic, GivesStokesInUnitsOfFullScaleWithBlackSubtracted) {
+  for (const char* layout : {"90 45 / 135 0", "0 45 / 135 90", "135 0 / 90 45 bggr"}) {
+    const Sensor sensor = TwelveBits(layout);
+    const test::Scene scene = [](int, int, char) { return Stokes{0.8, 0.3, -0.1}; };
+    const PolarView view =
+        ViewFromMosaic(ToCounts(test::TakeMosaic(16, 12, sensor.layout, scene), sensor), sensor, Bilinear());
+    EXPECT_NEAR(view.stokes.s0(7, 5), 0.8, 1e-3);
+    EXPECT_NEAR(view.stokes.s1(7, 5), 0.3, 1e-3);
+    EXPECT_NEAR(view.stokes.s2(7, 5), -0.1, 1e-3);
+  }
+}
+
+TEST(Mosaic, OfAColourSensorGivesTheColoursAndTheirMean) {
+  const Sensor sensor = TwelveBits("90 45 / 135 0 grbg");
+  const test::Scene scene = [](int, int, char c) {
+    return Stokes{c == 'r' ? 0.9 : c == 'g' ? 0.6 : 0.3, 0.1, 0};
+  };
+  const PolarView view =
+      ViewFromMosaic(ToCounts(test::TakeMosaic(20, 20, sensor.layout, scene), sensor), sensor, Bilinear());
+  ASSERT_EQ(view.colour_s0.size(), 3u);
+  EXPECT_NEAR(view.colour_s0[0](9, 9), 0.9, 1e-3);
+  EXPECT_NEAR(view.colour_s0[1](9, 9), 0.6, 1e-3);
+  EXPECT_NEAR(view.colour_s0[2](9, 9), 0.3, 1e-3);
+  EXPECT_NEAR(view.stokes.s0(9, 9), 0.6, 1e-3);
+}
+
+TEST(Mosaic, SwappingTwoDiagonalAnglesMirrorsTheSense) {
+  const test::Scene scene = [](int, int, char) { return Stokes{1, 0.3, 0.2}; };
+  const Sensor right = TwelveBits("90 45 / 135 0"), swapped = TwelveBits("90 135 / 45 0");
+  const Image<float> counts = ToCounts(test::TakeMosaic(12, 12, right.layout, scene), right);
+  const StokesImage a = ViewFromMosaic(counts, right, Bilinear()).stokes,
+                    b = ViewFromMosaic(counts, swapped, Bilinear()).stokes;
+  EXPECT_NEAR(Degrees(AngleOfPolarization(a.s1(5, 5), a.s2(5, 5))) +
+                  Degrees(AngleOfPolarization(b.s1(5, 5), b.s2(5, 5))),
+              180, 0.1);
+}
+
+// A clipped sample spoils exactly the pixels whose value depends on it.
+void ExpectInvalidAround(const std::string& layout, int reach) {
+  const Sensor sensor = TwelveBits(layout);
+  Image<float> counts(24, 24, 1000);
+  counts(11, 10) = 4095;
+  const StokesImage image = ViewFromMosaic(counts, sensor, Bilinear()).stokes;
+  for (int y = 0; y < 24; ++y)
+    for (int x = 0; x < 24; ++x) {
+      const bool near = std::max(std::abs(x - 11), std::abs(y - 10)) <= reach;
+      EXPECT_EQ(std::isinf(image.noise(x, y)), near) << x << " " << y;
+      EXPECT_TRUE(std::isfinite(image.s0(x, y)));
+    }
+}
+
+TEST(Mosaic, ClippedSamplesMakeTheirSurroundingsInvalid) {
+  ExpectInvalidAround("90 45 / 135 0", 1);
+  ExpectInvalidAround("90 45 / 135 0 rggb", 3);
+}
+
+TEST(Angles, AClippedPictureMakesItsPixelInvalid) {
+  std::array<Picture, 4> p;
+  for (Picture& picture : p) picture = {{Image<float>(6, 6, 100)}, 255, 8};
+  p[2].planes[0](3, 4) = 255;
+  const StokesImage image = ViewFromAngles({&p[0], &p[1], &p[2], &p[3]}, Sensor{}).stokes;
+  for (int y = 0; y < 6; ++y)
+    for (int x = 0; x < 6; ++x) EXPECT_EQ(std::isinf(image.noise(x, y)), x == 3 && y == 4);
+}
+
+TEST(Stokes, NotANumberIsInvalidAndZero) {
+  Picture s0{{Image<float>(5, 5, 1)}, 1, 32}, s1 = s0, s2 = s0;
+  s1.planes[0](2, 2) = std::numeric_limits<float>::quiet_NaN();
+  const StokesImage image = ViewFromStokes({&s0, &s1, &s2}, nullptr).stokes;
+  EXPECT_TRUE(std::isinf(image.noise(2, 2)));
+  EXPECT_EQ(image.s1(2, 2), 0);
+  EXPECT_TRUE(std::isfinite(image.noise(1, 2)));
+}
+
+TEST(AopDop, GiveBackTheirAngleAndDegree) {
+  Picture rgb{{Image<float>(8, 8, 51), Image<float>(8, 8, 102), Image<float>(8, 8, 153)}, 255, 8};
+  Image<float> aop(8, 8), dop(8, 8);
+  for (int i = 0; i < 64; ++i) {
+    aop.pixels()[std::size_t(i)] = float(i) * 3.14159265f / 64;
+    dop.pixels()[std::size_t(i)] = 0.1f + float(i) / 128;
+  }
+  const PolarView view = ViewFromAopDop(rgb, aop, dop, Sensor{});
+  const StokesImage& s = view.stokes;
+  for (int y = 0; y < 8; ++y)
+    for (int x = 0; x < 8; ++x) {
+      EXPECT_NEAR(s.s0(x, y), 0.8, 1e-6);
+      EXPECT_NEAR(AngleOfPolarization(s.s1(x, y), s.s2(x, y)), aop(x, y), 1e-5);
+      EXPECT_NEAR(DegreeOfPolarization(s.s0(x, y), s.s1(x, y), s.s2(x, y)), dop(x, y), 1e-5);
+    }
+}
+
+TEST(Photo, HasNoPolarizationAndNoInvalidPixels) {
+  const Picture photo{{Image<float>(8, 8, 255)}, 255, 8};
+  const PolarView view = ViewFromPhoto(photo, Sensor{});
+  for (std::size_t i = 0; i < 64; ++i) {
+    EXPECT_FLOAT_EQ(view.stokes.s0.pixels()[i], 2);
+    EXPECT_EQ(view.stokes.s1.pixels()[i], 0);
+    EXPECT_EQ(view.stokes.s2.pixels()[i], 0);
+    EXPECT_TRUE(std::isfinite(view.stokes.noise.pixels()[i]));
+  }
+}
+
+TEST(Mosaic, GivesTheSameBytesForAnyNumberOfThreads) {
+  Sensor sensor = TwelveBits("90 45 / 135 0 rggb");
+  Image<float> counts(200, 150);
+  Random random(1);
+  for (float& value : counts.pixels()) value = float(random.Below(4096));
+  std::vector<StokesImage> results;
+  for (const std::size_t threads : {1, 2, 4}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    results.push_back(ViewFromMosaic(counts, sensor, Bilinear()).stokes);
+  }
+  for (const StokesImage& result : results) {
+    EXPECT_TRUE(std::ranges::equal(result.s1.pixels(), results[0].s1.pixels()));
+    EXPECT_TRUE(std::ranges::equal(result.noise.pixels(), results[0].noise.pixels()));
+  }
+}
+
+// Real frames whose polarization was found out from what they show (../shared/data/raw-mosaics/README.md).
+class RealFrame : public testing::Test {
+ protected:
+  static fs::path Path(const std::string& name) {
+    return fs::path(POLARSCAN_SHARED) / "data/raw-mosaics" / name;
+  }
+  void SetUp() override {
+    if (!fs::exists(Path("README.md"))) GTEST_SKIP() << "../shared/data/raw-mosaics is not there";
+  }
+  static StokesImage Demosaic(const std::string& name, const std::string& layout) {
+    Sensor sensor;
+    sensor.layout = ParseLayout(layout);
+    return ViewFromMosaic(ReadPicture(Path(name)).planes[0], sensor, Bilinear()).stokes;
+  }
+};
+
+TEST_F(RealFrame, LightReflectedByAPondIsHorizontallyPolarized) {
+  const StokesImage pond = Demosaic("mono_imx250mzr_carps.png", "90 45 / 135 0");
+  double s0 = 0, s1 = 0, s2 = 0;
+  for (std::size_t i = 0; i < pond.s0.size(); ++i)
+    s0 += pond.s0.pixels()[i], s1 += pond.s1.pixels()[i], s2 += pond.s2.pixels()[i];
+  EXPECT_NEAR(Degrees(AngleOfPolarization(float(s1), float(s2))), 166, 1.5);
+  EXPECT_NEAR(std::hypot(s1, s2) / s0, 0.50, 0.02);
+}
+
+// Strips of polarizer on a half circle, each along its radius: the mean vector of 2 (AoP - sense x
+// direction), whose length is 1 if they agree up to the angle that it has.
+std::array<double, 2> CompareStrips(const StokesImage& fan, double sense) {
+  const double hub_x = 907, hub_y = 728;  // centre of the half circle, read off the picture
+  double c = 0, s = 0, n = 0;
+  for (int y = 0; y < 728; ++y)
+    for (int x = 0; x < fan.s0.width(); ++x) {
+      const double radius = std::hypot(x - hub_x, y - hub_y);
+      if (radius < 490 || radius > 620 ||
+          DegreeOfPolarization(fan.s0(x, y), fan.s1(x, y), fan.s2(x, y)) < 0.5)
+        continue;
+      const double turn =
+          2 * (AngleOfPolarization(fan.s1(x, y), fan.s2(x, y)) - sense * std::atan2(hub_y - y, x - hub_x));
+      c += std::cos(turn), s += std::sin(turn), ++n;
+    }
+  return {std::hypot(c, s) / n, Degrees(float(std::atan2(s, c) / 2))};
+}
+
+TEST_F(RealFrame, StripsOfPolarizerHaveTheirOwnDirectionsAnticlockwise) {
+  const auto [agreement, offset] = CompareStrips(Demosaic("mono_pfa_polarizer-fan.tif", "90 135 / 45 0"), 1);
+  EXPECT_GT(agreement, 0.97);
+  EXPECT_NEAR(offset, 0, 4);
+}
+
+TEST_F(RealFrame, TheWrongOrderOfDiagonalAnglesReadsTheStripsClockwise) {
+  const StokesImage wrong = Demosaic("mono_pfa_polarizer-fan.tif", "90 45 / 135 0");
+  EXPECT_LT(CompareStrips(wrong, 1)[0], 0.5);
+  EXPECT_GT(CompareStrips(wrong, -1)[0], 0.97);
+}
+
+}  // namespace
+}  // namespace polarscan
