@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/polarpms/filter.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "core/parallel.h"
+#include "stereo/polarpms/cost.h"
+#include "stereo/polarpms/selection.h"
+
+namespace polarscan {
+namespace {
+
+class Filter {
+ public:
+  Filter(const Problem& problem, const StereoOptions& options)
+      : problem_(problem),
+        options_(options),
+        window_(MakeWindow(options.window_radius, options.window_step)),
+        reader_(window_, options.sigma_color),
+        max_cos_triangulation_(
+            float(std::cos(options.filter_min_triangulation_angle_deg * std::numbers::pi / 180))),
+        min_selection_(Visibility(options.ncc_sigma).Likelihood(float(1 - options.filter_min_ncc))) {}
+
+  bool HasCue(int x, int y) const {
+    const Image<PolarSample>& polar = problem_.reference->polar;
+    if (!polar.empty() && polar(x, y).dop >= float(options_.filter_min_dop)) return true;
+    Patch patch;
+    reader_.Read(problem_.reference->gray, problem_.reference->mask, x, y, patch);
+    return patch.variance * 255 * 255 >= float(options_.filter_min_variance);
+  }
+
+  bool IsConsistent(int x, int y, const Hypothesis& estimate, const float* selection) const {
+    const Eigen::Vector3f ray = problem_.Ray(x, y), point = estimate.depth * ray;
+    int consistent = 0;
+    for (std::size_t s = 0; s < problem_.sources.size(); ++s) {
+      const Source& source = problem_.sources[s];
+      consistent += CosTriangulation(source, point) <= max_cos_triangulation_ &&
+                    estimate.normal.dot(source.center - point) > 0 && selection[s] >= min_selection_ &&
+                    Agrees(source, ray, point);
+    }
+    return consistent >= std::min(options_.filter_min_consistent, int(problem_.sources.size()));
+  }
+
+ private:
+  bool Agrees(const Source& source, const Eigen::Vector3f& ray, const Eigen::Vector3f& point) const {
+    const float limit = float(options_.filter_max_reprojection_px);
+    return !source.map ||
+           GeometricError(problem_.reference->camera, source, Look(source, point), ray, limit + 1) <= limit;
+  }
+
+  const Problem& problem_;
+  const StereoOptions& options_;
+  const Window window_;
+  const PatchReader reader_;
+  const float max_cos_triangulation_, min_selection_;
+};
+
+}  // namespace
+
+void FilterEstimates(const Problem& problem, const StereoOptions& options, MatchState& state) {
+  const Filter filter(problem, options);
+  const int width = state.map.depth.width();
+  const std::size_t sources = problem.sources.size();
+  ParallelFor(0, state.map.depth.height(), [&](int y) {
+    for (int x = 0; x < width; ++x) {
+      float& depth = state.map.depth(x, y);
+      if (depth <= 0) continue;
+      const float* selection =
+          &state.selection[(std::size_t(y) * std::size_t(width) + std::size_t(x)) * sources];
+      if (filter.HasCue(x, y) && filter.IsConsistent(x, y, {depth, state.map.normal(x, y)}, selection))
+        continue;
+      depth = 0;
+      state.map.normal(x, y).setZero();
+    }
+  });
+}
+
+}  // namespace polarscan

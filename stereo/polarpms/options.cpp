@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/polarpms/options.h"
+
+#include "core/error.h"
+
+namespace polarscan {
+
+StereoOptions StereoPreset(const std::string& name) {
+  StereoOptions options;
+  options.preset = name;
+  if (name == "default") return options;
+  if (name != "paper") throw Error("no such preset", name, "Choose one of: default, paper");
+  options.photometric_iterations = 5;
+  options.geometric_iterations = 5;
+  options.sources = 20;
+  options.polarization_weight = 4.0;
+  options.polarization_evidence = "dop";
+  options.polarization_residual = "exponential";
+  options.depth_normal_form = "angle";
+  options.closed_form_normals = false;
+  options.silhouettes = false;
+  options.depth_perturbation = 1.0;
+  return options;
+}
+
+OptionTable Table(StereoOptions& o) {
+  return {
+      {"preset",
+       &o.preset,
+       "paper: as published; default: the paper's method with the cures that measurements asked for",
+       "",
+       0,
+       0,
+       {"default", "paper"}},
+      {"polarization", &o.polarization, "use the polarimetric consistency, eq. (6)"},
+      {"depth-normal", &o.depth_normal, "use the depth-normal consistency, eq. (9)"},
+      {"masks", &o.masks, "estimate only inside the masks"},
+      {"filter", &o.filter, "drop unreliable pixels at the end (off: every pixel keeps its estimate)"},
+      {"seed", &o.seed, "random numbers; the same seed gives the same bytes", "", 0, 2147483647},
+      {"photometric-iterations", &o.photometric_iterations, "iterations (of 4 sweeps) of the first pass", "",
+       1, 100},
+      {"geometric-iterations", &o.geometric_iterations,
+       "iterations of the pass that compares views' maps; 0: none", "", 0, 100},
+      {"sources", &o.sources, "source views a reference view may use: more is slower and more complete", "",
+       1, 32},
+      {"samples", &o.samples, "source views drawn for each pixel: more is slower and steadier", "", 1, 64},
+      {"window-radius", &o.window_radius, "matching window: larger is smoother and loses detail", "px", 1,
+       10},
+      {"window-step", &o.window_step, "distance of the window's samples: 2 is four times as fast as 1", "px",
+       1, 4},
+      {"sigma-color", &o.sigma_color,
+       "how different a sample may look and still count (bilateral weight, grey in 0..1)", "", 0.01, 10},
+      {"ncc-sigma", &o.ncc_sigma, "spread of 1 - NCC for a source that sees the point", "", 0.01, 10},
+      {"ncc-epsilon", &o.ncc_epsilon, "added to each variance: flat patches match flat patches", "", 0, 1},
+      {"incident-angle-sigma", &o.incident_angle_sigma, "spread of the prior on the angle of incidence", "",
+       0.01, 10},
+      {"min-triangulation-angle", &o.min_triangulation_angle_deg,
+       "below it a source is less likely to be used", "deg", 0, 90},
+      {"geometric-weight", &o.geometric_weight, "tau_geo of eq. (2)", "", 0, 100},
+      {"geometric-max", &o.geometric_max_px, "cap of the forward-backward error, psi_max", "px", 0.1, 100},
+      {"polarization-weight", &o.polarization_weight, "tau_pol of eq. (2)", "", 0, 100},
+      {"depth-normal-weight", &o.depth_normal_weight, "tau_dep of eq. (2)", "", 0, 100},
+      {"polarization-evidence",
+       &o.polarization_evidence,
+       "dop: weight by eq. (8), normalised; noise: weight by the AoP's noise, weak evidence fades",
+       "",
+       0,
+       0,
+       {"dop", "noise"}},
+      {"dop-saturation", &o.dop_saturation, "rho_0 of eq. (8)", "", 1e-6, 1},
+      {"aop-noise", &o.aop_noise_deg, "AoP noise at which evidence counts half", "deg", 0.01, 90},
+      {"polarization-residual",
+       &o.polarization_residual,
+       "exponential: delta of Polarimetric MVIR; sine: sin^2(2 eta)",
+       "",
+       0,
+       0,
+       {"exponential", "sine"}},
+      {"residual-steepness", &o.residual_steepness, "k of the exponential delta", "", 0.001, 20},
+      {"depth-normal-form",
+       &o.depth_normal_form,
+       "angle: 1 - n.n_dep, eq. (9); relative: how well neighbours predict each other's depth, saturating at "
+       "edges",
+       "",
+       0,
+       0,
+       {"angle", "relative"}},
+      {"closed-form-normals", &o.closed_form_normals,
+       "add hypotheses whose normal follows from the AoP of several views"},
+      {"silhouettes", &o.silhouettes,
+       "start inside the masks' visual hull and charge points outside of a source's mask"},
+      {"silhouette-margin", &o.silhouette_margin_px, "masks are widened by this for the silhouettes", "px", 0,
+       100},
+      {"depth-perturbation", &o.depth_perturbation, "largest relative change of a perturbed depth", "", 1e-6,
+       1},
+      {"filter-min-dop", &o.filter_min_dop, "rho_t: enough polarization", "", 0, 1},
+      {"filter-min-variance", &o.filter_min_variance,
+       "lambda_t: enough texture, variance of 8-bit levels; one of the two is enough", "", 0, 65025},
+      {"filter-min-ncc", &o.filter_min_ncc, "a source counts if it sees the point about this well", "", -1,
+       1},
+      {"filter-min-triangulation-angle", &o.filter_min_triangulation_angle_deg,
+       "a source counts from this angle on", "deg", 0, 90},
+      {"filter-min-consistent", &o.filter_min_consistent, "sources that must agree", "", 0, 64},
+      {"filter-max-reprojection", &o.filter_max_reprojection_px,
+       "largest forward-backward error of an agreeing source", "px", 0, 100},
+      {"cache", &o.cache_gb, "memory for pictures and maps of other views", "GB", 0.1, 1000},
+  };
+}
+
+}  // namespace polarscan

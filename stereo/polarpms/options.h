@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <string>
+
+#include "core/options.h"
+
+namespace polarscan {
+
+// Everything that the dense stereo stage can be told. Defaults are those of preset "default"; the published
+// constants are preset "paper" (PolarPMS, WACV 2024, section 4.1). Help and ranges are in Table().
+struct StereoOptions {
+  std::string preset = "default";
+  bool polarization = true;
+  bool depth_normal = true;
+  bool masks = true;
+  bool filter = true;
+  int seed = 1;
+
+  int photometric_iterations = 3;
+  int geometric_iterations = 2;
+  int sources = 10;
+  int samples = 15;
+  int window_radius = 5;
+  int window_step = 2;
+  double sigma_color = 0.2;
+  double ncc_sigma = 0.6;
+  double ncc_epsilon = 1e-5;
+  double incident_angle_sigma = 0.9;
+  double min_triangulation_angle_deg = 1.0;
+
+  double geometric_weight = 0.4;
+  double geometric_max_px = 3.0;
+  double polarization_weight = 1.0;
+  double depth_normal_weight = 0.4;
+  std::string polarization_evidence = "noise";
+  double dop_saturation = 0.005;
+  double aop_noise_deg = 5.7;
+  std::string polarization_residual = "sine";
+  double residual_steepness = 0.5;
+  std::string depth_normal_form = "relative";
+  bool closed_form_normals = true;
+  bool silhouettes = true;
+  double silhouette_margin_px = 2.0;
+  double depth_perturbation = 0.1;
+
+  double filter_min_dop = 0.05;
+  double filter_min_variance = 1.0;
+  double filter_min_ncc = 0.1;
+  double filter_min_triangulation_angle_deg = 3.0;
+  int filter_min_consistent = 2;
+  double filter_max_reprojection_px = 1.0;
+  double cache_gb = 4.0;
+};
+
+// The named preset's values; the preset's name is part of them. Throws Error on an unknown name.
+StereoOptions StereoPreset(const std::string& name);
+
+OptionTable Table(StereoOptions& options);
+
+}  // namespace polarscan

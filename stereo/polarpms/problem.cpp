@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/polarpms/problem.h"
+
+namespace polarscan {
+
+Source MakeSource(const StereoView& reference, std::shared_ptr<const StereoView> view,
+                  std::shared_ptr<const DepthNormalMap> map) {
+  const Rigid relative = view->cam_from_world * reference.cam_from_world.Inverse();
+  const Eigen::Matrix3d K = view->camera.K();
+  Source source;
+  source.rotation = relative.rotation.cast<float>();
+  source.translation = relative.translation.cast<float>();
+  source.center = relative.Center().cast<float>();
+  source.pixel_rotation = (K * relative.rotation * reference.camera.K().inverse()).cast<float>();
+  source.pixel_translation = (K * relative.translation).cast<float>();
+  source.fx = float(view->camera.fx), source.fy = float(view->camera.fy);
+  source.cx = float(view->camera.cx), source.cy = float(view->camera.cy);
+  source.view = std::move(view);
+  source.map = std::move(map);
+  return source;
+}
+
+Warp PlaneWarp(const Pinhole& reference, const Source& source, int x, int y, const Eigen::Vector3f& ray,
+               const Hypothesis& hypothesis) {
+  // n . X = c on the plane, so x_source = (R + t n^T / c) X; with X ~ K_r^-1 (u, v, 1) the homography's
+  // columns are those of pixel_rotation plus pixel_translation times n^T K_r^-1 / c. At the pixel itself n^T
+  // K_r^-1 (u, v, 1) is n . ray, and n . ray / c = 1 / depth.
+  const Eigen::Vector3f& n = hypothesis.normal;
+  const float scale = 1 / (hypothesis.depth * n.dot(ray));
+  const float nx = n.x() / float(reference.fx) * scale, ny = n.y() / float(reference.fy) * scale;
+  const Eigen::Matrix3f& M = source.pixel_rotation;
+  const Eigen::Vector3f& m = source.pixel_translation;
+  const Eigen::Vector3f at = M * Eigen::Vector3f(float(x) + 0.5f, float(y) + 0.5f, 1) + m / hypothesis.depth;
+  const Eigen::Vector3f du = M.col(0) + m * nx, dv = M.col(1) + m * ny;
+  return {at.x(), du.x(), dv.x(), at.y(), du.y(), dv.y(), at.z(), du.z(), dv.z()};
+}
+
+}  // namespace polarscan

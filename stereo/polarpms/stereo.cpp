@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/polarpms/stereo.h"
+
+#include <fmt/format.h>
+
+#include "core/files.h"
+#include "stereo/map_io.h"
+#include "stereo/polarpms/filter.h"
+#include "stereo/polarpms/hull.h"
+#include "stereo/polarpms/sweep.h"
+
+namespace polarscan {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr const char* kPhotometric = "photometric";
+constexpr const char* kGeometric = "geometric";
+
+// Which views' maps are there and were made from these inputs and options.
+class DoneList {
+ public:
+  DoneList(const Workspace& workspace, std::uint64_t input_hash)
+      : workspace_(workspace), input_(ToHex(input_hash)) {
+    if (!fs::exists(Path())) return;
+    const nlohmann::json stored = ReadJson(Path());
+    if (stored.value("inputs", "") == input_) maps_ = stored.value("maps", nlohmann::json::object());
+  }
+  bool IsDone(int view, const std::string& kind) const {
+    const std::string key = Key(view, kind);
+    if (!maps_.contains(key) || !fs::exists(workspace_.DepthPath(view, kind)) ||
+        !fs::exists(workspace_.NormalPath(view, kind)))
+      return false;
+    return maps_[key] == HashOf(view, kind);
+  }
+  void Add(int view, const std::string& kind) {
+    maps_[Key(view, kind)] = HashOf(view, kind);
+    WriteJson(Path(), {{"inputs", input_}, {"maps", maps_}});
+  }
+
+ private:
+  fs::path Path() const { return workspace_.folder / "stereo/done.json"; }
+  std::string Key(int view, const std::string& kind) const {
+    return workspace_.views[std::size_t(view)].name + "." + kind;
+  }
+  std::string HashOf(int view, const std::string& kind) const {
+    return ToHex(HashFile(workspace_.DepthPath(view, kind), HashFile(workspace_.NormalPath(view, kind))));
+  }
+  const Workspace& workspace_;
+  std::string input_;
+  nlohmann::json maps_ = nlohmann::json::object();
+};
+
+std::uint64_t InputHash(const Workspace& workspace, StereoOptions options) {
+  std::uint64_t hash = Hash(ToJson(Table(options)).dump());
+  hash = HashFile(workspace.folder / "views.json", hash);
+  for (int view = 0; view < int(workspace.views.size()); ++view) {
+    hash = HashFile(workspace.StokesPath(view), hash);
+    if (options.masks && fs::exists(workspace.MaskPath(view)))
+      hash = HashFile(workspace.MaskPath(view), hash);
+  }
+  return hash;
+}
+
+class StereoStage {
+ public:
+  StereoStage(const Workspace& workspace, const StereoOptions& options, Progress& progress)
+      : workspace_(workspace),
+        options_(options),
+        progress_(progress),
+        scale_(GrayScale(workspace)),
+        views_(
+            CacheBytes() / 2, [this](int v) { return LoadStereoView(workspace_, v, scale_, options_); },
+            ViewBytes),
+        maps_(
+            CacheBytes() / 2, [this](int v) { return ReadMaps(v); }, MapBytes),
+        done_(workspace, InputHash(workspace, options)) {}
+
+  void RunPass(const std::string& kind, int first_sweep, int iterations) {
+    const int count = int(workspace_.views.size());
+    progress_.Begin(kind + " pass", std::size_t(count));
+    for (int view = 0; view < count; ++view) {
+      progress_.Check();
+      if (!done_.IsDone(view, kind)) EstimateView(view, kind, first_sweep, iterations);
+      progress_.Advance();
+    }
+  }
+
+ private:
+  std::size_t CacheBytes() const { return std::size_t(options_.cache_gb * 1e9); }
+  static std::size_t ViewBytes(const StereoView& v) {
+    return v.gray.size() * (8 + (v.polar.empty() ? 0 : 16) + 2);
+  }
+  static std::size_t MapBytes(const DepthNormalMap& m) { return m.depth.size() * 16; }
+
+  DepthNormalMap ReadMaps(int view) const {
+    return {ReadDepthMap(workspace_.DepthPath(view, kPhotometric)),
+            ReadNormalMap(workspace_.NormalPath(view, kPhotometric))};
+  }
+
+  Problem MakeProblem(int view, bool geometric, const StereoView& reference) {
+    const DenseView& dense = workspace_.views[std::size_t(view)];
+    if (dense.sources.empty())
+      throw Error("no other view looks at the same place", dense.name,
+                  "Add pictures between this view and the others");
+    Problem problem{&reference, {}, float(dense.depth_min), float(dense.depth_max), view};
+    for (int source : dense.sources) {
+      if (int(problem.sources.size()) >= options_.sources) break;
+      problem.sources.push_back(
+          MakeSource(reference, views_.Get(source), geometric ? maps_.Get(source) : nullptr));
+    }
+    return problem;
+  }
+
+  Image<DepthInterval> Hull(int view, const Problem& problem) {
+    std::vector<Source> silhouettes;
+    for (int other = 0; options_.silhouettes && other < int(workspace_.views.size()); ++other) {
+      if (other == view) continue;
+      const auto seen = views_.Get(other);
+      if (!seen->silhouette.empty()) silhouettes.push_back(MakeSource(*problem.reference, seen, nullptr));
+    }
+    return VisualHull(problem, silhouettes);
+  }
+
+  // Four sweeps an iteration: row-major, column-major, and both in reverse (section 3.1).
+  void EstimateView(int view, const std::string& kind, int first_sweep, int iterations) {
+    const bool geometric = kind == kGeometric;
+    const auto reference = views_.Get(view);
+    const Problem problem = MakeProblem(view, geometric, *reference);
+    const Image<DepthInterval> hull = Hull(view, problem);
+    MatchState state = InitialState(problem, options_, hull, geometric ? maps_.Get(view).get() : nullptr);
+    constexpr int kDirections[4][2] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
+    for (int i = 0; i < 4 * iterations; ++i) {
+      const Sweep sweep{kDirections[i % 4][0], kDirections[i % 4][1], std::exp2(-float(i) / 4),
+                        float(i) / float(4 * iterations), first_sweep + i};
+      RunSweep(problem, options_, hull, sweep, state, progress_);
+    }
+    const bool last = geometric || options_.geometric_iterations == 0;
+    if (last && options_.filter) FilterEstimates(problem, options_, state);
+    WriteDepthMap(workspace_.DepthPath(view, kind), state.map.depth);
+    WriteNormalMap(workspace_.NormalPath(view, kind), state.map.normal);
+    done_.Add(view, kind);
+  }
+
+  const Workspace& workspace_;
+  const StereoOptions& options_;
+  Progress& progress_;
+  const float scale_;
+  Cache<StereoView> views_;
+  Cache<DepthNormalMap> maps_;
+  DoneList done_;
+};
+
+}  // namespace
+
+void EstimateDepths(const fs::path& dense, const StereoOptions& options, Progress& progress) {
+  const Workspace workspace = ReadWorkspace(dense);
+  if (!workspace.polarized && options.polarization)
+    progress.Warn("the pictures hold no polarization: the polarization term is neglected");
+  StereoStage stage(workspace, options, progress);
+  stage.RunPass(kPhotometric, 0, options.photometric_iterations);
+  if (options.geometric_iterations > 0)
+    stage.RunPass(kGeometric, 4 * options.photometric_iterations, options.geometric_iterations);
+}
+
+}  // namespace polarscan

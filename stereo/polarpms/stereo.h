@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <filesystem>
+
+#include "core/progress.h"
+#include "stereo/polarpms/options.h"
+
+namespace polarscan {
+
+// PolarPMS over a dense workspace (stereo/workspace.h): a photometric pass over all views (F_pho + F_pol +
+// F_dep), then a geometric pass over all views that starts from those maps, adds F_geo and filters. Writes
+// stereo/depth_maps/NAME.png.{photometric,geometric}.bin and stereo/normal_maps/....
+// A view's maps are kept if they were made with the same inputs and options (stereo/done.json holds the
+// hashes), so a killed run goes on where it was. Throws Error if the workspace is damaged or a view has no
+// source views.
+void EstimateDepths(const std::filesystem::path& dense, const StereoOptions& options, Progress& progress);
+
+}  // namespace polarscan

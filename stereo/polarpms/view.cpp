@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/polarpms/view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.h"
+#include "core/parallel.h"
+
+namespace polarscan {
+namespace {
+
+float Percentile(const Image<float>& image, double share) {
+  std::vector<float> values;
+  for (std::size_t i = 0; i < image.size(); i += 7) values.push_back(image.pixels()[i]);
+  if (values.empty()) return 0;
+  const auto place = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
+}
+
+// g of eq. (8): rises to 1 at rho_0 and stays there.
+float DopWeight(float dop, float rho0) {
+  const float missing = std::min(dop, rho0) - rho0;
+  return 1 - missing * missing / (rho0 * rho0);
+}
+
+// 1 / (1 + (sigma_phi / limit)^2) with the AoP's standard deviation sigma_phi = noise / (sqrt(2) |(S1, S2)|).
+float NoiseWeight(float noise, float polarized, float limit_rad) {
+  const float sigma = noise / (std::numbers::sqrt2_v<float> * limit_rad);
+  return polarized > 0 ? polarized * polarized / (polarized * polarized + sigma * sigma) : 0;
+}
+
+Image<PolarSample> MakePolarSamples(const StokesImage& stokes, const StereoOptions& options) {
+  Image<PolarSample> samples(stokes.s0.width(), stokes.s0.height());
+  const bool by_noise = options.polarization_evidence == "noise";
+  const float limit_rad = float(options.aop_noise_deg * std::numbers::pi / 180);
+  ParallelFor(0, samples.height(), [&](int y) {
+    for (int x = 0; x < samples.width(); ++x) {
+      const float s1 = stokes.s1(x, y), s2 = stokes.s2(x, y), noise = stokes.noise(x, y);
+      PolarSample& sample = samples(x, y);
+      if (!std::isfinite(noise)) continue;
+      const float phi = AngleOfPolarization(s1, s2);
+      sample.cos_phi = std::cos(phi), sample.sin_phi = std::sin(phi);
+      sample.dop = DegreeOfPolarization(stokes.s0(x, y), s1, s2);
+      sample.weight = by_noise ? NoiseWeight(noise, std::hypot(s1, s2), limit_rad)
+                               : DopWeight(sample.dop, float(options.dop_saturation));
+    }
+  });
+  return samples;
+}
+
+Image<float> MakeGray(const Image<float>& s0, float scale) {
+  Image<float> gray(s0.width(), s0.height());
+  ParallelFor(0, s0.height(), [&](int y) {
+    for (int x = 0; x < s0.width(); ++x)
+      gray(x, y) = std::pow(std::clamp(s0(x, y) * scale, 0.0f, 1.0f), 1 / 2.2f);
+  });
+  return gray;
+}
+
+}  // namespace
+
+float GrayScale(const Workspace& workspace) {
+  const int count = int(workspace.views.size()), step = std::max(1, count / 16);
+  float largest = 0;
+  for (int view = 0; view < count; view += step)
+    largest = std::max(largest, Percentile(ReadStokes(workspace.StokesPath(view)).s0, 0.995));
+  return largest > 0 ? 1 / largest : 1;
+}
+
+StereoView LoadStereoView(const Workspace& workspace, int index, float gray_scale,
+                          const StereoOptions& options) {
+  const DenseView& dense = workspace.views[std::size_t(index)];
+  const StokesImage stokes = ReadStokes(workspace.StokesPath(index));
+  if (stokes.s0.width() != dense.camera.width || stokes.s0.height() != dense.camera.height)
+    throw Error("the Stokes view's size differs from its camera's", workspace.StokesPath(index).string());
+  StereoView view{dense.camera, dense.cam_from_world, MakeGray(stokes.s0, gray_scale), {}, {}, {}, {}};
+  view.packed = Pack(view.gray);
+  if (workspace.polarized && options.polarization) view.polar = MakePolarSamples(stokes, options);
+  if (options.masks) view.mask = ReadViewMask(workspace, index);
+  if (options.silhouettes && !view.mask.empty())
+    view.silhouette = Dilate(view.mask, options.silhouette_margin_px);
+  return view;
+}
+
+Image<std::uint8_t> Dilate(const Image<std::uint8_t>& mask, double radius) {
+  const int reach = int(std::ceil(radius));
+  Image<std::uint8_t> wide(mask.width(), mask.height());
+  ParallelFor(0, mask.height(), [&](int y) {
+    for (int x = 0; x < mask.width(); ++x)
+      for (int dy = -reach; dy <= reach && !wide(x, y); ++dy)
+        for (int dx = -reach; dx <= reach; ++dx)
+          if (dx * dx + dy * dy <= (radius + 0.5) * (radius + 0.5) && mask.Contains(x + dx, y + dy) &&
+              mask(x + dx, y + dy)) {
+            wide(x, y) = 255;
+            break;
+          }
+  });
+  return wide;
+}
+
+}  // namespace polarscan

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <functional>
+#include <list>
+#include <map>
+#include <memory>
+
+#include "core/camera.h"
+#include "core/image.h"
+#include "stereo/polarpms/ncc.h"
+#include "stereo/polarpms/options.h"
+#include "stereo/workspace.h"
+
+namespace polarscan {
+
+// The AoP phi of one pixel as its cosine and sine, how much it counts (g of eq. (8), or the noise-aware
+// weight), and the DoP. 16 bytes.
+struct PolarSample {
+  float cos_phi = 1, sin_phi = 0, weight = 0, dop = 0;
+};
+
+// One view as the matcher needs it. Grey is S0 in [0, 1] after gamma 1/2.2, one scale for the whole set.
+struct StereoView {
+  Pinhole camera;
+  Rigid cam_from_world;
+  Image<float> gray;
+  PackedImage packed;
+  Image<PolarSample> polar;        // empty if the set is not polarized
+  Image<std::uint8_t> mask;        // 255 = object; empty: everything
+  Image<std::uint8_t> silhouette;  // the mask widened by the margin; empty: no mask
+};
+
+// Depth (z, 0 = none) and unit normal (camera frame, facing the camera) of every pixel.
+struct DepthNormalMap {
+  Image<float> depth;
+  Image<Eigen::Vector3f> normal;
+};
+
+// The grey value's scale: the largest 99.5th percentile of S0 among at most 16 views.
+float GrayScale(const Workspace& workspace);
+
+StereoView LoadStereoView(const Workspace& workspace, int view, float gray_scale,
+                          const StereoOptions& options);
+
+// Each pixel of `mask` that has a set pixel within `radius` (rounded box) becomes set.
+Image<std::uint8_t> Dilate(const Image<std::uint8_t>& mask, double radius);
+
+// Keeps recently used values under a limit of bytes. Not for several threads at once.
+template <class Value>
+class Cache {
+ public:
+  Cache(std::size_t limit_bytes, std::function<Value(int)> load,
+        std::function<std::size_t(const Value&)> size)
+      : limit_(limit_bytes), load_(std::move(load)), size_(std::move(size)) {}
+
+  std::shared_ptr<const Value> Get(int key) {
+    if (auto found = entries_.find(key); found != entries_.end()) {
+      order_.splice(order_.begin(), order_, found->second.place);
+      return found->second.value;
+    }
+    auto value = std::make_shared<const Value>(load_(key));
+    const std::size_t bytes = size_(*value);
+    while (!order_.empty() && used_ + bytes > limit_) DropOldest();
+    order_.push_front(key);
+    entries_[key] = {value, bytes, order_.begin()};
+    used_ += bytes;
+    return value;
+  }
+
+ private:
+  struct Entry {
+    std::shared_ptr<const Value> value;
+    std::size_t bytes;
+    std::list<int>::iterator place;
+  };
+  void DropOldest() {
+    used_ -= entries_.at(order_.back()).bytes;
+    entries_.erase(order_.back());
+    order_.pop_back();
+  }
+  std::size_t limit_, used_ = 0;
+  std::function<Value(int)> load_;
+  std::function<std::size_t(const Value&)> size_;
+  std::map<int, Entry> entries_;
+  std::list<int> order_;
+};
+
+}  // namespace polarscan

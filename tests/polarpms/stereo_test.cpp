@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/polarpms/stereo.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <optional>
+
+#include "core/files.h"
+#include "core/image_io.h"
+#include "stereo/map_io.h"
+#include "stereo/polarpms/filter.h"
+#include "stereo/polarpms/hull.h"
+#include "stereo/workspace.h"
+
+namespace polarscan {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr int kWidth = 96, kHeight = 80, kViews = 6;
+constexpr double kDistance = 4, kRadius = 1;
+
+// z-depth at which the ray meets the unit sphere at the world's origin.
+std::optional<double> SphereDepth(const DenseView& view, const Eigen::Vector3d& ray) {
+  const Eigen::Vector3d center = view.cam_from_world * Eigen::Vector3d::Zero();
+  const double a = ray.squaredNorm(), b = ray.dot(center), c = center.squaredNorm() - kRadius * kRadius;
+  if (b * b < a * c) return std::nullopt;
+  return (b - std::sqrt(b * b - a * c)) / a;
+}
+
+double Texture(const Eigen::Vector3d& p) {
+  return 1 + 0.3 * std::sin(9 * p.x() + 2 * p.y()) + 0.3 * std::cos(8 * p.y() - 3 * p.z()) +
+         0.2 * std::sin(11 * p.z());
+}
+
+// A sphere seen from six places of a ring, textured or not, with diffuse polarization along its azimuths.
+class Sphere : public testing::Test {
+ protected:
+  Sphere() : folder_(fs::path(testing::TempDir()) / ("sphere." + std::to_string(::getpid()))) {
+    fs::remove_all(folder_);
+  }
+  ~Sphere() override { fs::remove_all(folder_); }
+
+  void Write(bool textured) {
+    workspace_.folder = folder_;
+    workspace_.polarized = true;
+    for (int i = 0; i < kViews; ++i) {
+      DenseView view{"v" + std::to_string(i),
+                     {kWidth, kHeight, 130, 130, kWidth / 2.0, kHeight / 2.0},
+                     {},
+                     2.5,
+                     5.5,
+                     {}};
+      const double angle = 0.3 * (i - 2.5);
+      view.cam_from_world.rotation = Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()).toRotationMatrix();
+      view.cam_from_world.translation = {0, 0, kDistance};
+      for (int j = 0; j < kViews; ++j)
+        if (j != i) view.sources.push_back(j);
+      std::ranges::sort(view.sources, {}, [&](int j) { return std::abs(j - i); });
+      workspace_.views.push_back(view);
+      WriteView(i, textured);
+    }
+    WriteWorkspace(workspace_);
+  }
+
+  void WriteView(int index, bool textured) {
+    const DenseView& view = workspace_.views[std::size_t(index)];
+    const Image<float> blank(kWidth, kHeight);
+    StokesImage stokes{blank, blank, blank, Image<float>(kWidth, kHeight, 1e-4f)};
+    Image<std::uint8_t> mask(kWidth, kHeight);
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x) {
+        const Eigen::Vector3d ray = view.camera.Ray(x + 0.5, y + 0.5);
+        const auto depth = SphereDepth(view, ray);
+        if (!depth) continue;
+        const Eigen::Vector3d p = view.cam_from_world.Inverse() * (*depth * ray),
+                              n = view.cam_from_world.rotation * p;
+        const double alpha = std::atan2(-(n.y() - n.z() * ray.y()), n.x() - n.z() * ray.x());
+        const double cosine = -n.dot(ray.normalized()), dop = 0.2 * (1 - cosine);
+        mask(x, y) = 255;
+        stokes.s0(x, y) = float(textured ? 0.5 * Texture(p) : 0.8);
+        stokes.s1(x, y) = float(stokes.s0(x, y) * dop * std::cos(2 * alpha));
+        stokes.s2(x, y) = float(stokes.s0(x, y) * dop * std::sin(2 * alpha));
+      }
+    WriteStokes(workspace_.StokesPath(index), stokes);
+    WritePng(workspace_.MaskPath(index), mask);
+  }
+
+  struct Errors {
+    double median_depth = 0, median_normal_deg = 0, estimated = 0;
+  };
+  // Over the pixels of all views, a missing one counted as 1 and 90 degrees.
+  Errors Compare(const std::string& kind = "geometric") const {
+    std::vector<double> depths, normals;
+    double estimated = 0;
+    for (int i = 0; i < kViews; ++i) {
+      const DenseView& view = workspace_.views[std::size_t(i)];
+      const Image<float> depth = ReadDepthMap(workspace_.DepthPath(i, kind));
+      const Image<Eigen::Vector3f> normal = ReadNormalMap(workspace_.NormalPath(i, kind));
+      for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+          const Eigen::Vector3d ray = view.camera.Ray(x + 0.5, y + 0.5);
+          const auto truth = SphereDepth(view, ray);
+          if (!truth) continue;
+          const Eigen::Vector3d n = *truth * ray - view.cam_from_world * Eigen::Vector3d::Zero();
+          const bool there = depth(x, y) > 0;
+          estimated += there;
+          depths.push_back(there ? std::abs(depth(x, y) - *truth) : 1);
+          const double cosine = normal(x, y).cast<double>().dot(n);
+          normals.push_back(there ? std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi : 90);
+        }
+    }
+    const double count = double(depths.size());
+    std::ranges::sort(depths);
+    std::ranges::sort(normals);
+    return {depths[depths.size() / 2], normals[normals.size() / 2], estimated / count};
+  }
+
+  static StereoOptions Quick(const std::string& preset) {
+    StereoOptions options = StereoPreset(preset);
+    options.photometric_iterations = 2;
+    options.geometric_iterations = 1;
+    options.filter = false;
+    return options;
+  }
+
+  std::string AllBytes() const {
+    std::string bytes;
+    for (int i = 0; i < kViews; ++i)
+      bytes +=
+          ReadFile(workspace_.DepthPath(i, "geometric")) + ReadFile(workspace_.NormalPath(i, "geometric"));
+    return bytes;
+  }
+
+  fs::path folder_;
+  Workspace workspace_;
+  Progress progress_;
+};
+
+TEST_F(Sphere, DefaultPresetFindsDepthAndNormalsOfATexturedSphere) {
+  Write(true);
+  EstimateDepths(folder_, Quick("default"), progress_);
+  const Errors errors = Compare();
+  EXPECT_LT(errors.median_depth, 0.01);
+  EXPECT_LT(errors.median_normal_deg, 6);
+}
+
+TEST_F(Sphere, PolarizationGivesTheNormalsThatTextureDoesNot) {
+  Write(false);
+  StereoOptions options = Quick("default");
+  EstimateDepths(folder_, options, progress_);
+  const Errors with = Compare();
+  options.polarization = false;
+  EstimateDepths(folder_, options, progress_);
+  EXPECT_LT(with.median_normal_deg, 0.5 * Compare().median_normal_deg);
+}
+
+TEST_F(Sphere, PaperPresetWithoutItsTermsIsPlainPatchMatchAndWorksOnTexture) {
+  Write(true);
+  StereoOptions options = Quick("paper");
+  options.polarization = options.depth_normal = false;
+  EstimateDepths(folder_, options, progress_);
+  EXPECT_LT(Compare().median_depth, 0.02);
+}
+
+TEST_F(Sphere, OneAndTwoThreadsGiveTheSameBytes) {
+  Write(true);
+  std::string bytes[2];
+  for (int threads : {1, 2}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(threads));
+    fs::remove_all(folder_ / "stereo");
+    EstimateDepths(folder_, Quick("default"), progress_);
+    bytes[threads - 1] = AllBytes();
+  }
+  EXPECT_TRUE(bytes[0] == bytes[1]);
+}
+
+TEST_F(Sphere, FilterKeepsMostOfATexturedSphereAndDropsPixelsWithoutAnyCue) {
+  Write(true);
+  StereoOptions options = Quick("default");
+  options.filter = true;
+  EstimateDepths(folder_, options, progress_);
+  EXPECT_GT(Compare().estimated, 0.7);
+  options.filter_min_dop = 1;
+  options.filter_min_variance = 65025;
+  EstimateDepths(folder_, options, progress_);
+  EXPECT_EQ(Compare().estimated, 0);
+}
+
+TEST_F(Sphere, GoesOnAfterACancelAndRepairsADamagedMap) {
+  Write(true);
+  EstimateDepths(folder_, Quick("default"), progress_);
+  const std::string undisturbed = AllBytes();
+  fs::remove_all(folder_ / "stereo");
+  struct StopAtThirdView : Progress {
+    void Advance(std::size_t) override {
+      if (++views == 3) Cancel();
+    }
+    int views = 0;
+  } stop;
+  EXPECT_THROW(EstimateDepths(folder_, Quick("default"), stop), Cancelled);
+  EXPECT_TRUE(fs::exists(workspace_.DepthPath(2, "photometric")));
+  EXPECT_FALSE(fs::exists(workspace_.DepthPath(4, "photometric")));
+  std::ofstream(workspace_.DepthPath(1, "photometric"), std::ios::trunc) << "damage";
+  EstimateDepths(folder_, Quick("default"), progress_);
+  EXPECT_TRUE(AllBytes() == undisturbed);
+}
+
+TEST_F(Sphere, VisualHullOfItsSilhouettesContainsTheSurface) {
+  Write(true);
+  StereoOptions options;
+  std::vector<StereoView> views;
+  for (int i = 0; i < kViews; ++i) views.push_back(LoadStereoView(workspace_, i, 1, options));
+  Problem problem{&views[0], {}, 2.5f, 5.5f, 0};
+  std::vector<Source> silhouettes;
+  for (int i = 1; i < kViews; ++i)
+    silhouettes.push_back(MakeSource(views[0], std::make_shared<StereoView>(views[std::size_t(i)]), nullptr));
+  const Image<DepthInterval> hull = VisualHull(problem, silhouettes);
+  double width = 0, count = 0;
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x)
+      if (const auto depth = SphereDepth(workspace_.views[0], views[0].camera.Ray(x + 0.5, y + 0.5))) {
+        EXPECT_LE(hull(x, y).near_depth, *depth);
+        EXPECT_GE(hull(x, y).far_depth, *depth);
+        width += hull(x, y).far_depth - hull(x, y).near_depth, count += 1;
+      }
+  EXPECT_LT(width / count, 2.6);  // narrower than the whole range of 3
+}
+
+TEST_F(Sphere, AViewWithoutSourcesIsNamed) {
+  Write(true);
+  workspace_.views[3].sources.clear();
+  WriteWorkspace(workspace_);
+  try {
+    EstimateDepths(folder_, Quick("default"), progress_);
+    FAIL() << "no error";
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("v3"), std::string::npos) << e.what();
+  }
+}
+
+TEST(StereoOptionTable, TakesItsOwnValuesBackAndRefusesOthers) {
+  StereoOptions options = StereoPreset("paper"), other;
+  OptionTable table = Table(other);
+  FromJson(ToJson(Table(options)), table);
+  EXPECT_EQ(ToJson(table), ToJson(Table(options)));
+  EXPECT_THROW(FromJson({{"samples", 0}}, table), Error);
+  EXPECT_THROW(FromJson({{"polarization-residual", "cubic"}}, table), Error);
+  EXPECT_THROW(StereoPreset("fastest"), Error);
+}
+
+}  // namespace
+}  // namespace polarscan
