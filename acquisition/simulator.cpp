@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/simulator.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "acquisition/scene_shapes.h"
+#include "core/error.h"
+#include "core/files.h"
+#include "core/image_io.h"
+
+namespace polarscan {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr const char* kMaker = "polarscan simulate";
+constexpr const char* kConvention =
+    "Image axes x right, y down. S0=(I0+I45+I90+I135)/2, S1=I0-I90, S2=I45-I135; AoP=atan2(S2,S1)/2 "
+    "anticlockwise as "
+    "displayed from +x. Camera x right, y down, z forward; sparse holds cam_from_world; pixel centres at "
+    "integer+0.5.";
+
+bool IsEarlierSimulation(const fs::path& folder) {
+  try {
+    return ReadJson(folder / "set.json").value("renderer", "") == kMaker;
+  } catch (const std::exception&) {
+    return false;
+  }
+}
+
+// Makes room: an absent or empty folder, or one that this function's caller filled before.
+void PrepareFolder(const fs::path& folder) {
+  CreateFolder(folder);
+  if (fs::is_empty(folder)) return;
+  if (!IsEarlierSimulation(folder))
+    throw Error("the folder holds something else", folder.string(), "Give an empty or a new folder");
+  for (const char* part : {"mosaic", "masks", "sparse", "truth"}) fs::remove_all(folder / part);
+}
+
+json SensorJson(const SimulatedSensor& sensor) {
+  return {{"full_well_e", sensor.full_well_e},
+          {"read_noise_e", sensor.read_noise_e},
+          {"black_dn", sensor.black_dn()},
+          {"dn_per_e", sensor.dn_per_e()},
+          {"max_dn", sensor.max_dn()},
+          {"layout", ToString(sensor.layout)},
+          {"bits", sensor.bits}};
+}
+
+json SetJson(const SimulatorOptions& options, const SimulatedSensor& sensor, const SimulationSummary& summary,
+             bool complete) {
+  SimulatorOptions copy = options;
+  return {{"renderer", kMaker},           {"complete", complete},
+          {"format", "mosaic"},           {"width", options.width},
+          {"height", options.height},     {"views", summary.views},
+          {"distance", summary.distance}, {"gain", summary.gain},
+          {"seed", options.seed},         {"options", ToJson(Table(copy))},
+          {"convention", kConvention},    {"sensor", SensorJson(sensor)}};
+}
+
+void WriteTruth(const fs::path& folder, const Scene& scene, const Pinhole& camera,
+                const std::vector<SimulatedView>& views, bool known_poses) {
+  WriteMesh(folder / "truth" / "mesh.ply", scene.object);
+  if (scene.has_table) WriteMesh(folder / "truth" / "table.ply", TableMesh(scene));
+  WriteTruePoses(folder / "truth" / "sparse", camera, views);
+  if (known_poses) WriteTruePoses(folder / "sparse", camera, views);
+}
+
+OptionTable SceneTable(SceneOptions& scene) {
+  return {
+      {"scene", &scene.scene, "object to stand on the table", "", -1e300, 1e300, ShapeNames()},
+      {"mesh", &scene.mesh, "PLY file of an object to use instead; it is scaled to bounding radius 1"},
+      {"up", &scene.up, "axis of that file that points up", "", -1e300, 1e300, {"y", "z"}},
+      {"texture",
+       &scene.texture,
+       "albedo of the object: even, faint on half of it, or plain to see",
+       "",
+       -1e300,
+       1e300,
+       {"none", "weak", "strong"}},
+      {"albedo", &scene.albedo, "mean albedo of the object; darker is more polarized", "", 0.01, 0.95},
+      {"roughness", &scene.roughness, "GGX roughness of the object's surface; 0 is a mirror", "", 0, 1},
+      {"ior", &scene.ior, "index of refraction of the object", "", 1.05, 3},
+      {"light", &scene.light, "surroundings that light the scene", "", -1e300, 1e300, EnvironmentNames()},
+      {"table", &scene.table, "stand the object on a printed table, from which poses can be found"},
+  };
+}
+
+}  // namespace
+
+OptionTable Table(SimulatorOptions& options) {
+  OptionTable table = SceneTable(options.scene);
+  const OptionTable camera = {
+      {"rings", &options.rings, "cameras around the object as elevation:views, ..."},
+      {"width", &options.width, "raw picture width", "px", 16, 16384},
+      {"height", &options.height, "raw picture height", "px", 16, 16384},
+      {"fov", &options.fov_deg, "horizontal field of view", "deg", 5, 120},
+      {"fill", &options.fill, "share of the half picture that the object reaches in its widest view", "", 0.1,
+       1},
+      {"jitter", &options.jitter_deg, "largest deviation of a camera from its place on the ring", "deg", 0,
+       10},
+      {"samples", &options.samples, "rays per raw pixel and axis; time grows with the square", "", 1, 8},
+      {"layout", &options.layout, "polarizer angles of the 2x2 cell, row by row", "deg"},
+      {"bits", &options.sensor.bits, "bit depth of the counts", "bit", 8, 16},
+      {"full-well", &options.sensor.full_well_e, "electrons at saturation; fewer is noisier", "e-", 100, 1e6},
+      {"read-noise", &options.sensor.read_noise_e, "standard deviation of the read noise", "e-", 0, 1000},
+      {"black-level", &options.sensor.black_share, "black level as a share of the largest count", "", 0, 0.5},
+      {"noise", &options.sensor.noise, "shot and read noise"},
+      {"exposure", &options.exposure, "1: the brightest 0.5 % of the scene clips; 2: twice as long", "",
+       0.001, 1000},
+      {"masks", &options.masks, "write masks/ of the object"},
+      {"known-poses", &options.known_poses, "write sparse/, so that structure from motion is not needed"},
+  };
+  table.insert(table.end(), camera.begin(), camera.end());
+  return table;
+}
+
+Pinhole SimulatedPinhole(const SimulatorOptions& options) {
+  const double focal = 0.5 * options.width / std::tan(0.5 * options.fov_deg * std::numbers::pi / 180);
+  return {options.width, options.height, focal, focal, 0.5 * options.width, 0.5 * options.height};
+}
+
+SimulationSummary Simulate(const SimulatorOptions& options, const fs::path& folder, Progress& progress) {
+  SimulatorOptions effective = options;
+  Validate(Table(effective));
+  effective.scene.seed = options.seed;
+  FrameSettings settings{options.sensor, options.samples, 1, options.seed, 0};
+  settings.sensor.layout = ParseLayout(options.layout);
+  PrepareFolder(folder);
+  WriteJson(folder / "set.json", SetJson(options, settings.sensor, {}, false));
+
+  progress.Begin("lighting the scene", 1, "scene");
+  const LitScene lit = Illuminate(MakeScene(effective.scene), progress);
+  progress.Advance();
+  const Pinhole camera = SimulatedPinhole(options);
+  const std::vector<SimulatedView> views =
+      RingViews(options.rings, options.jitter_deg, options.seed, lit.scene.object, camera, options.fill);
+  settings.gain = options.exposure * AutomaticGain(lit, camera, views);
+  WriteTruth(folder, lit.scene, camera, views, options.known_poses);
+
+  progress.Begin("taking pictures", views.size());
+  for (const SimulatedView& view : views) {
+    WritePng(folder / "mosaic" / (view.name + ".png"),
+             RenderFrame(lit, camera, view.cam_from_world, settings, progress));
+    if (options.masks)
+      WritePng(folder / "masks" / (view.name + ".png"), RenderMask(lit, camera, view.cam_from_world));
+    ++settings.frame;
+    progress.Advance();
+  }
+  const SimulationSummary summary{int(views.size()), settings.gain, views[0].cam_from_world.translation.z()};
+  WriteJson(folder / "set.json", SetJson(options, settings.sensor, summary, true));
+  return summary;
+}
+
+}  // namespace polarscan
