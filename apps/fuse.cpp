@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fusion/fuse.h"
-
 #include <fmt/format.h>
 
-#include "apps/command.h"
-#include "apps/scan.h"
+#include "apps/stages.h"
 
 namespace polarscan {
 namespace {
@@ -15,14 +12,9 @@ struct FuseArguments {
 };
 
 void Run(const FuseArguments& arguments, Context& context) {
-  FusionOptions options = arguments.options;
   Scan scan = Scan::Open(arguments.scan, context.progress);
   scan.ContinueAfter("stereo");
-  scan.Run({"fusion", {"cloud.ply"}, ToJson(Table(options))}, [&](Progress& progress) {
-    const CloudSummary summary = FuseCloud(scan.dense(), scan.cloud(), options, progress);
-    scan.Note("cloud", "points", summary.points);
-    return ToJson(summary);
-  });
+  RunFusion(scan, arguments.options);
   nlohmann::json result = scan.Counts("fusion");
   result["cloud"] = scan.cloud().string();
   context.Finish(result, fmt::format("{} points from {} views, each seen by {:.1f} on average: {}",

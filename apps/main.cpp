@@ -59,6 +59,12 @@ void AddGlobalOptions(CLI::App& app, GlobalOptions& options, Context& context) {
 
 void AddCommands(CLI::App& app, Context& context) {
   AddSimulateCommand(app, context);
+  AddReconstructCommand(app, context);
+  AddDemosaicCommand(app, context);
+  AddSfmCommand(app, context);
+  AddStereoCommand(app, context);
+  AddFuseCommand(app, context);
+  AddEvaluateCommand(app, context);
   AddReportCommand(app, context);
 }
 

@@ -126,7 +126,7 @@ TEST_F(BadInput, BlankPicturesDoNotRegisterAndTheMessageSaysWhatToDo) {
   if (!HasProgram("colmap")) GTEST_SKIP() << "COLMAP is not installed";
   for (int i = 0; i < 3; ++i)
     WritePng(input() / ("00" + std::to_string(i) + ".png"), Image<std::uint8_t>(64, 48, 128));
-  const Outcome outcome = Reconstruct({"--kind", "photos"});
+  const Outcome outcome = Reconstruct({"--input-kind", "photos"});
   ExpectFailure(outcome, {"regist"});
   // What was done stays done: the views are there for the next try.
   EXPECT_EQ(ReadJson(scan() / "scan.json")["stages"]["views"]["state"], "done");

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "apps/stages.h"
+
+namespace polarscan {
+namespace fs = std::filesystem;
+namespace {
+
+struct Arguments {
+  fs::path input, scan;
+  InputOptions meaning;
+  DemosaicOptions demosaic;
+  SfmOptions sfm;
+  UndistortOptions dense;
+  StereoOptions stereo;
+  FusionOptions fusion;
+};
+
+void Say(const Input& input, Progress& progress) {
+  progress.Info(fmt::format("{} views, {}", input.views.size(), ToString(input.kind)));
+  for (const std::string& note : input.notes) progress.Info(note);
+}
+
+// The whole pipeline, one line a stage.
+void Reconstruct(const Arguments& a, Context& context) {
+  const Input input = OpenInput(a.input, a.meaning);
+  Say(input, context.progress);
+  Scan scan = Scan::OpenOrCreate(a.scan, a.input, Fingerprint(a.input, a.scan), context.progress);
+  RunViews(scan, input, a.demosaic);
+  RunSfm(scan, input.known_model, a.sfm);
+  RunDense(scan, a.dense);
+  RunStereo(scan, a.stereo);
+  RunFusion(scan, a.fusion);
+  RunReport(scan);
+  context.Finish(scan.state(),
+                 fmt::format("cloud:  {}\nreport: {}", scan.cloud().string(), scan.report().string()));
+}
+
+}  // namespace
+
+void AddReconstructCommand(CLI::App& app, Context& context) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("reconstruct", "From pictures to a cloud and a report; again: goes on");
+  command->add_option("INPUT", a->input, "Folder of pictures (docs/input.md)")
+      ->required()
+      ->check(CLI::ExistingDirectory);
+  command->add_option("-o,--output", a->scan, "The scan's folder")->required()->type_name("SCAN");
+  AddOptions(*command, Table(a->meaning), "Input");
+  AddOptions(*command, Table(a->demosaic), "Demosaicing");
+  AddOptions(*command, Table(a->sfm), "Structure from motion");
+  AddOptions(*command, Table(a->dense), "Undistortion");
+  AddOptions(*command, Table(a->stereo), "Stereo");
+  AddOptions(*command, Table(a->fusion), "Fusion");
+  command->callback([a, command, &context] {
+    a->stereo = StereoOptionsFrom(*command, a->stereo, context);
+    Reconstruct(*a, context);
+  });
+}
+
+}  // namespace polarscan

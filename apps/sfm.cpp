@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "apps/stages.h"
+
+namespace polarscan {
+namespace {
+
+// The known poses that the scan was begun with, if any.
+std::optional<std::filesystem::path> KnownPoses(const Scan& scan) {
+  const std::string path = scan.state().at("options").at("sfm").value("known-poses", "");
+  if (path.empty()) return std::nullopt;
+  return path;
+}
+
+}  // namespace
+
+void AddSfmCommand(CLI::App& app, Context& context) {
+  struct Arguments {
+    std::filesystem::path scan;
+    SfmOptions sfm;
+    UndistortOptions dense;
+  };
+  auto a = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("sfm", "Camera poses of a scan and its undistorted views, again with other options");
+  command->add_option("SCAN", a->scan, "The scan's folder")->required()->check(CLI::ExistingDirectory);
+  AddOptions(*command, Table(a->sfm), "Structure from motion");
+  AddOptions(*command, Table(a->dense), "Undistortion");
+  command->callback([a, &context] {
+    Scan scan = Scan::Open(a->scan, context.progress);
+    scan.ContinueAfter("views");
+    RunSfm(scan, KnownPoses(scan), a->sfm);
+    RunDense(scan, a->dense);
+    context.Finish(scan.state()["stages"]["sfm"],
+                   fmt::format("poses: {}; next: polarscan stereo {}", (scan.sfm() / "model").string(),
+                               a->scan.string()));
+  });
+}
+
+}  // namespace polarscan

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/stages.h"
+
+#include "apps/report.h"
+#include "apps/views.h"
+#include "stereo/workspace.h"
+
+namespace polarscan {
+namespace fs = std::filesystem;
+
+void RunViews(Scan& scan, const Input& input, const DemosaicOptions& options) {
+  DemosaicOptions effective = options;
+  const Stage stage{"views", {"views"}, {{"input", Meaning(input)}, {"demosaic", ToJson(Table(effective))}}};
+  scan.Run(stage, [&](Progress& progress) -> nlohmann::json {
+    if (!input.polarized())
+      progress.Warn("these are plain photos: the polarization term is neglected, stereo is photometric");
+    MakeStokesViews(input, scan.views(), options, progress);
+    scan.Note("views", "total", input.views.size());
+    scan.Note("views", "polarized", input.polarized());
+    return {{"views", input.views.size()}};
+  });
+}
+
+void RunSfm(Scan& scan, const std::optional<fs::path>& known_model, const SfmOptions& options) {
+  SfmOptions effective = options;
+  Stage stage{"sfm", {"sfm/model"}, ToJson(Table(effective))};
+  stage.options["known-poses"] = known_model ? known_model->string() : "";
+  scan.Run(stage, [&](Progress& progress) -> nlohmann::json {
+    const SparseModel model = EstimatePoses(scan.views(), scan.sfm(), known_model, options, progress);
+    scan.Note("views", "registered", model.images.size());
+    return {{"registered", model.images.size()}, {"points", model.points.size()}};
+  });
+}
+
+void RunDense(Scan& scan, const UndistortOptions& options) {
+  UndistortOptions effective = options;
+  const Stage stage{
+      "dense", {"dense/views.json", "dense/images", "dense/polar", "dense/sparse"}, ToJson(Table(effective))};
+  scan.Run(stage, [&](Progress& progress) -> nlohmann::json {
+    Undistort(scan.views(), ReadSparseModel(scan.sfm() / "model"), scan.dense(), options, progress);
+    return {{"views", ReadWorkspace(scan.dense()).views.size()}};
+  });
+}
+
+void RunStereo(Scan& scan, const StereoOptions& options) {
+  StereoOptions effective = options;
+  const Stage stage{
+      "stereo", {"dense/stereo/depth_maps", "dense/stereo/normal_maps"}, ToJson(Table(effective))};
+  scan.Run(stage, [&](Progress& progress) -> nlohmann::json {
+    EstimateDepths(scan.dense(), options, progress);
+    return {{"views", ReadWorkspace(scan.dense()).views.size()}};
+  });
+}
+
+void RunFusion(Scan& scan, const FusionOptions& options) {
+  FusionOptions effective = options;
+  scan.Run({"fusion", {"cloud.ply"}, ToJson(Table(effective))}, [&](Progress& progress) -> nlohmann::json {
+    const CloudSummary cloud = FuseCloud(scan.dense(), scan.cloud(), options, progress);
+    scan.Note("cloud", "points", cloud.points);
+    return ToJson(cloud);
+  });
+}
+
+void RunReport(Scan& scan) {
+  scan.Run({"report", {"report.html"}}, [&](Progress& progress) -> nlohmann::json {
+    WriteReport(scan.folder(), scan.report(), progress);
+    return nlohmann::json::object();
+  });
+}
+
+StereoOptions StereoOptionsFrom(const CLI::App& command, StereoOptions parsed, const Context& context) {
+  StereoOptions options = StereoPreset(parsed.preset);
+  OptionTable table = Table(options);
+  FromJson(GivenOptions(command, Table(parsed)), table);
+  options.seed = int(context.seed);
+  return options;
+}
+
+}  // namespace polarscan

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "acquisition/input.h"
+#include "apps/command.h"
+#include "apps/scan.h"
+#include "demosaic/method.h"
+#include "fusion/fuse.h"
+#include "stereo/polarpms/stereo.h"
+#include "stereo/sfm/sfm.h"
+#include "stereo/sfm/undistort.h"
+
+namespace polarscan {
+
+// The stages of a scan: each calls its library function through Scan::Run, so that it is skipped where its
+// result is valid, and records its options and counts. The order is that of the functions here.
+void RunViews(Scan& scan, const Input& input, const DemosaicOptions& options);
+void RunSfm(Scan& scan, const std::optional<std::filesystem::path>& known_model, const SfmOptions& options);
+void RunDense(Scan& scan, const UndistortOptions& options);
+void RunStereo(Scan& scan, const StereoOptions& options);
+void RunFusion(Scan& scan, const FusionOptions& options);
+void RunReport(Scan& scan);
+
+// Stereo's options from the command line: those of the preset that was asked for, with what else was given on
+// top.
+StereoOptions StereoOptionsFrom(const CLI::App& command, StereoOptions parsed, const Context& context);
+
+}  // namespace polarscan

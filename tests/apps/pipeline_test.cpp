@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+// The whole program on a small simulated set with known poses: what it makes, what it skips, and what it
+// keeps when it is killed. Options are chosen for speed, not for quality; the bounds are those of a coarse
+// but right reconstruction.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <memory>
+#include <thread>
+
+#include "core/files.h"
+#include "program.h"
+
+namespace polarscan::test {
+namespace fs = std::filesystem;
+namespace {
+
+using nlohmann::json;
+
+// Small pictures of a textured ball, its masks and poses; made once for all tests.
+class Pipeline : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    suite_ = std::make_unique<TemporaryFolder>();
+    const Outcome outcome =
+        RunPolarscan({"simulate", "-o", Input().string(), "--scene", "sphere", "--texture", "strong",
+                      "--rings", "30:6", "--width", "192", "--height", "160", "--masks", "--known-poses"});
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  }
+  static void TearDownTestSuite() { suite_.reset(); }
+
+  static fs::path Input() { return *suite_ / "input"; }
+  fs::path Folder(const std::string& name) const { return folder_ / name; }
+
+  static std::vector<std::string> Command(const fs::path& scan, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> arguments = {"reconstruct",
+                                          Input().string(),
+                                          "-o",
+                                          scan.string(),
+                                          "--photometric-iterations",
+                                          "2",
+                                          "--geometric-iterations",
+                                          "1",
+                                          "--sources",
+                                          "4",
+                                          "--fusion-min-views",
+                                          "2"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  }
+
+  static std::unique_ptr<TemporaryFolder> suite_;
+  TemporaryFolder folder_;
+};
+std::unique_ptr<TemporaryFolder> Pipeline::suite_;
+
+// What must be the same bytes for the same seed: maps and cloud.
+std::map<std::string, std::string> Results(const fs::path& scan) {
+  std::map<std::string, std::string> results = Contents(scan / "dense/stereo/depth_maps");
+  results.merge(Contents(scan / "dense/stereo/normal_maps"));
+  results["cloud.ply"] = ReadFile(scan / "cloud.ply");
+  return results;
+}
+
+void ExpectSameResults(const fs::path& a, const fs::path& b) {
+  const auto results_a = Results(a), results_b = Results(b);
+  ASSERT_EQ(results_a.size(), results_b.size());
+  for (const auto& [name, bytes] : results_a) {
+    ASSERT_TRUE(results_b.contains(name)) << name;
+    EXPECT_TRUE(results_b.at(name) == bytes) << name << " differs";
+  }
+}
+
+TEST_F(Pipeline, MakesACloudNearTheTruthAndSaysWhatItDid) {
+  const fs::path scan = Folder("scan");
+  const Outcome outcome = RunPolarscan(Command(scan, {"--json"}));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+
+  const json state = json::parse(outcome.out);
+  EXPECT_EQ(state, ReadJson(scan / "scan.json"));
+  EXPECT_EQ(state["views"]["total"], 6);
+  EXPECT_EQ(state["views"]["registered"], 6);
+  EXPECT_EQ(state["views"]["polarized"], true);
+  EXPECT_GT(state["cloud"]["points"], 1000);
+  for (const char* stage : {"views", "sfm", "dense", "stereo", "fusion", "report"})
+    EXPECT_EQ(state["stages"][stage]["state"], "done") << stage;
+  EXPECT_EQ(state["options"]["stereo"]["photometric-iterations"], 2);
+  EXPECT_TRUE(fs::exists(scan / "report.html"));
+  EXPECT_TRUE(fs::exists(scan / "dense/polar"));
+}
+
+TEST_F(Pipeline, OneThreadAndTwoThreadsGiveTheSameBytes) {
+  ASSERT_EQ(RunPolarscan(Command(Folder("one"), {"--threads", "1"})).exit_code, 0);
+  ASSERT_EQ(RunPolarscan(Command(Folder("two"), {"--threads", "2"})).exit_code, 0);
+  ExpectSameResults(Folder("one"), Folder("two"));
+}
+
+TEST_F(Pipeline, AnotherSeedGivesOtherMaps) {
+  ASSERT_EQ(RunPolarscan(Command(Folder("a"), {"--seed", "1"})).exit_code, 0);
+  ASSERT_EQ(RunPolarscan(Command(Folder("b"), {"--seed", "2"})).exit_code, 0);
+  EXPECT_FALSE(Results(Folder("a")) == Results(Folder("b")));
+}
+
+TEST_F(Pipeline, TheSameCommandAgainDoesNothingAndAChangedOptionOnlyWhatDependsOnIt) {
+  const fs::path scan = Folder("scan");
+  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
+  const auto depth_time = fs::last_write_time(scan / "dense/stereo/depth_maps/000.png.geometric.bin");
+  const auto cloud_time = fs::last_write_time(scan / "cloud.ply");
+
+  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
+  EXPECT_EQ(fs::last_write_time(scan / "cloud.ply"), cloud_time);
+
+  ASSERT_EQ(RunPolarscan(Command(scan, {"--fusion-reprojection", "0.8"})).exit_code, 0);
+  EXPECT_EQ(fs::last_write_time(scan / "dense/stereo/depth_maps/000.png.geometric.bin"), depth_time);
+  EXPECT_GT(fs::last_write_time(scan / "cloud.ply"), cloud_time);
+}
+
+TEST_F(Pipeline, ALostResultIsMadeAgain) {
+  const fs::path scan = Folder("scan");
+  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
+  const auto before = Results(scan);
+  fs::remove(scan / "dense/stereo/depth_maps/001.png.geometric.bin");
+  fs::resize_file(scan / "cloud.ply", 100);
+  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
+  EXPECT_TRUE(Results(scan) == before);
+}
+
+TEST_F(Pipeline, KilledAtAnyMomentItGoesOnToTheSameBytes) {
+  const auto begin = std::chrono::steady_clock::now();
+  ASSERT_EQ(RunPolarscan(Command(Folder("whole"))).exit_code, 0);
+  const auto whole = std::chrono::steady_clock::now() - begin;
+
+  const fs::path scan = Folder("killed");
+  for (const double share : {0.1, 0.3, 0.5, 0.7}) {  // of the time that the rest may take
+    Process process(Polarscan(Command(scan)));
+    std::this_thread::sleep_for(whole * share);
+    process.Signal(SIGKILL);
+    process.Wait();
+  }
+  const Outcome outcome = RunPolarscan(Command(scan));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  ExpectSameResults(Folder("whole"), scan);
+}
+
+TEST_F(Pipeline, CtrlCStopsWithinASecondAndSaysHowToGoOn) {
+  const fs::path scan = Folder("scan");
+  Process process(Polarscan(Command(scan, {"--photometric-iterations", "50"})));
+  while (process.Running() && !fs::exists(scan / "dense/views.json"))
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));  // into stereo
+  ASSERT_TRUE(process.Running());
+  const auto begin = std::chrono::steady_clock::now();
+  process.Signal(SIGINT);
+  const Outcome outcome = process.Wait(20);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_LT(seconds, 2.0);  // a second by itself, twice that on a busy machine
+  EXPECT_NE(outcome.err.find("same command again"), std::string::npos) << outcome.err;
+  EXPECT_EQ(ReadJson(scan / "scan.json")["stages"]["stereo"]["state"], "running");
+}
+
+TEST_F(Pipeline, TwoProgramsDoNotWorkOnOneScan) {
+  const fs::path scan = Folder("scan");
+  Process first(Polarscan(Command(scan, {"--photometric-iterations", "50"})));
+  while (first.Running() && !fs::exists(scan / "scan.json"))
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  const Outcome second = RunPolarscan(Command(scan));
+  EXPECT_EQ(second.exit_code, 1);
+  EXPECT_NE(second.err.find(scan.string()), std::string::npos) << second.err;
+}
+
+TEST_F(Pipeline, PhotosWithoutPolarizationReconstructAndTheMessageSaysSo) {
+  const fs::path views = Folder("views"), photos = Folder("photos");
+  ASSERT_EQ(RunPolarscan({"demosaic", Input().string(), "-o", views.string()}).exit_code, 0);
+  fs::create_directory(photos);
+  for (const fs::directory_entry& entry : fs::directory_iterator(views))
+    if (entry.path().extension() == ".png") fs::copy(entry.path(), photos / entry.path().filename());
+  fs::copy(Input() / "sparse", photos / "sparse", fs::copy_options::recursive);
+  fs::copy(Input() / "masks", photos / "masks", fs::copy_options::recursive);
+
+  const fs::path scan = Folder("scan");
+  const Outcome outcome = RunPolarscan({"reconstruct", photos.string(), "-o", scan.string(), "--input-kind",
+                                        "photos", "--photometric-iterations", "2", "--geometric-iterations",
+                                        "1", "--sources", "4", "--fusion-min-views", "2"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("polarization term is neglected"), std::string::npos) << outcome.err;
+  EXPECT_EQ(ReadJson(scan / "scan.json")["views"]["polarized"], false);
+  EXPECT_GT(ReadJson(scan / "scan.json")["cloud"]["points"], 500);
+}
+
+TEST_F(Pipeline, AConfigurationFileSetsOptionsAndTheCommandLineGoesBeforeIt) {
+  const fs::path config = Folder("options.toml"), scan = Folder("scan");
+  WriteFileAtomically(config, "[reconstruct]\nsigma-color = 0.3\nsamples = 7\n");
+  ASSERT_EQ(RunPolarscan(Command(scan, {"--config", config.string(), "--samples", "5"})).exit_code, 0);
+  const json options = ReadJson(scan / "scan.json")["options"]["stereo"];
+  EXPECT_EQ(options["sigma-color"], 0.3);
+  EXPECT_EQ(options["samples"], 5);
+
+  WriteFileAtomically(config, "[reconstruct]\nsigma-colour = 0.3\n");
+  EXPECT_EQ(RunPolarscan(Command(Folder("other"), {"--config", config.string()})).exit_code, 2);
+}
+
+TEST_F(Pipeline, APresetIsTakenWholeAndWhatElseIsGivenGoesOnTop) {
+  const fs::path scan = Folder("scan");
+  ASSERT_EQ(RunPolarscan(Command(scan, {"--preset", "paper", "--no-polarization"})).exit_code, 0);
+  const json options = ReadJson(scan / "scan.json")["options"]["stereo"];
+  EXPECT_EQ(options["polarization-weight"], 4.0);
+  EXPECT_EQ(options["closed-form-normals"], false);
+  EXPECT_EQ(options["photometric-iterations"], 2);  // given
+  EXPECT_EQ(options["polarization"], false);        // given
+}
+
+}  // namespace
+}  // namespace polarscan::test
