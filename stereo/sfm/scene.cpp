@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/sfm/scene.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <limits>
+#include <map>
+
+namespace polarscan {
+namespace {
+
+constexpr std::size_t kEnoughPoints = 20;   // a view's points, for their median depth
+constexpr double kParallel = 0.002;         // mean squared sine between axes: about 2.5 degrees
+constexpr double kBaselinesToScene = 10.0;  // neighbours see it about 6 degrees apart
+
+double Median(std::vector<double>& values) {
+  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+// Median distance from a camera to the next one; 1 if all stand at one place.
+double UsualBaseline(const std::vector<DenseView>& views) {
+  std::vector<double> nearest;
+  for (const DenseView& a : views) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const DenseView& b : views)
+      if (&a != &b) least = std::min(least, (a.cam_from_world.Center() - b.cam_from_world.Center()).norm());
+    nearest.push_back(least);
+  }
+  const double baseline = nearest.empty() ? 0 : Median(nearest);
+  return baseline > 0 && std::isfinite(baseline) ? baseline : 1;
+}
+
+}  // namespace
+
+std::vector<ScenePoint> ScenePoints(const SparseModel& model, const std::vector<DenseView>& views) {
+  std::map<std::string, int> index_of_name;
+  for (std::size_t i = 0; i < views.size(); ++i) index_of_name[views[i].name] = int(i);
+  std::map<std::uint32_t, int> index_of_image;
+  for (const auto& [id, image] : model.images) {
+    const auto found = index_of_name.find(std::filesystem::path(image.name).stem().string());
+    if (found != index_of_name.end()) index_of_image[id] = found->second;
+  }
+  std::vector<ScenePoint> points;
+  for (const auto& [id, point] : model.points) {
+    ScenePoint scene_point{point.position, {}};
+    for (const ColmapPoint::Track& track : point.track) {
+      const auto view = index_of_image.find(track.image_id);
+      if (view == index_of_image.end() || Depth(views[std::size_t(view->second)], point.position) <= 0)
+        continue;
+      scene_point.views.push_back(view->second);
+    }
+    std::ranges::sort(scene_point.views);
+    const auto repeated = std::ranges::unique(scene_point.views);
+    scene_point.views.erase(repeated.begin(), repeated.end());
+    if (scene_point.views.size() >= 2) points.push_back(std::move(scene_point));
+  }
+  return points;
+}
+
+double Depth(const DenseView& view, const Eigen::Vector3d& point) {
+  return (view.cam_from_world * point).z();
+}
+
+std::optional<Eigen::Vector3d> AxesIntersection(const std::vector<DenseView>& views) {
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  for (const DenseView& view : views) {
+    const Eigen::Vector3d axis = view.cam_from_world.rotation.row(2);
+    const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - axis * axis.transpose();
+    normal += across;
+    right += across * view.cam_from_world.Center();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(normal);
+  if (views.empty() || solver.eigenvalues()[0] < kParallel * double(views.size())) return {};
+  const Eigen::Vector3d point = normal.ldlt().solve(right);
+  const auto behind =
+      std::ranges::count_if(views, [&](const DenseView& view) { return Depth(view, point) <= 0; });
+  if (std::size_t(behind) * 2 > views.size()) return {};
+  return point;
+}
+
+std::vector<double> FocusDepths(const std::vector<DenseView>& views, const std::vector<ScenePoint>& points) {
+  std::vector<std::vector<double>> depths(views.size());
+  for (const ScenePoint& point : points)
+    for (const int view : point.views)
+      depths[std::size_t(view)].push_back(Depth(views[std::size_t(view)], point.position));
+  const auto centre = AxesIntersection(views);
+  const double guess = kBaselinesToScene * UsualBaseline(views);
+  std::vector<double> focus;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const double at_centre = centre ? Depth(views[i], *centre) : 0;
+    focus.push_back(depths[i].size() >= kEnoughPoints ? Median(depths[i])
+                    : at_centre > 0                   ? at_centre
+                                                      : guess);
+  }
+  return focus;
+}
+
+}  // namespace polarscan
