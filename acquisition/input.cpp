@@ -48,9 +48,9 @@ bool ProvenToUse16Bits(const Input& input) {
 // Bits of a sample where the files have 16 of them.
 int BitsOf16(Input& input, const InputOptions& options) {
   if (options.bits > 0) return options.bits;
-  if (options.white_level > 0 || input.kind == InputKind::kPhotos || input.kind == InputKind::kRgbAopDop)
-    return 16;
   const bool sensor_counts = input.kind == InputKind::kMosaic;  // 12 bits moved to the upper end look like 16
+  const bool counts = sensor_counts || input.kind == InputKind::kAngles;
+  if (options.white_level > 0 || !counts) return 16;
   if (sensor_counts || !ProvenToUse16Bits(input))
     throw Error("how many of the 16 bits these pictures use is not known", input.folder.string(),
                 "Give --bits 12 (or 10, 14, 16), or \"bits\" under \"sensor\" in set.json");

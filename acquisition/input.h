@@ -17,7 +17,7 @@ namespace polarscan {
 // error that names the option.
 struct InputOptions {
   std::string kind = "auto";
-  std::string layout;
+  std::string layout = "";
   int bits = 0;
   double black_level = -1, white_level = 0;
   double gain = 0, read_noise = -1;

@@ -1,0 +1,343 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/input.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "core/error.h"
+#include "core/files.h"
+
+namespace polarscan {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A folder of its own for each test, removed afterwards.
+class InputTest : public testing::Test {
+ protected:
+  InputTest() {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::temp_directory_path() /
+              (std::string("polarscan-input-") + test->name() + std::to_string(::getpid()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  ~InputTest() override { fs::remove_all(folder_); }
+
+  void Grey8(const std::string& name, int width = 8, int height = 6, int value = 100) const {
+    WritePng(folder_ / name, Image<std::uint8_t>(width, height, std::uint8_t(value)));
+  }
+  void Grey16(const std::string& name, int value, int width = 8, int height = 6) const {
+    WritePng(folder_ / name, Image<std::uint16_t>(width, height, std::uint16_t(value)));
+  }
+  void Colour(const std::string& name) const { WritePng(folder_ / name, Image<Rgb8>(8, 6, {200, 100, 50})); }
+  void Floats(const std::string& name, std::size_t pages) const {
+    const Image<float> page(8, 6, 0.5f);
+    WriteFloatTiff(folder_ / name, std::vector<const Image<float>*>(pages, &page));
+  }
+  void Angles(const std::vector<std::string>& views) const {
+    for (const char* angle : {"I-00", "I-45", "I-90", "I-135"})
+      for (const std::string& view : views) Grey8(std::string(angle) + "/" + view + ".png");
+  }
+  void Set(const std::string& json) const { WriteFileAtomically(folder_ / "set.json", json); }
+
+  Input Open(const InputOptions& options = {}) const { return OpenInput(folder_, options); }
+  // The message of the error that opening the folder and reading all its views throws; empty if none.
+  std::string Complaint(const InputOptions& options = {}) const {
+    try {
+      const Input input = Open(options);
+      for (int view = 0; view < int(input.views.size()); ++view) ReadView(input, view);
+      return "";
+    } catch (const Error& error) {
+      return error.what();
+    }
+  }
+
+  fs::path folder_;
+};
+
+bool Says(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+#define EXPECT_SAYS(text, part) EXPECT_PRED2(Says, text, part)
+
+std::vector<std::string> Names(const Input& input) {
+  std::vector<std::string> names;
+  for (const InputView& view : input.views) names.push_back(view.name);
+  return names;
+}
+
+using List = std::vector<std::string>;
+
+TEST_F(InputTest, MosaicFolderWithItsLayoutInSetJson) {
+  Grey16("mosaic/b.png", 4000);
+  Grey16("mosaic/a.png", 300);
+  Grey8("preview.png");
+  const nlohmann::json sensor = {{"layout", "90 45 / 135 0 (top-left pixel 90)"},
+                                 {"bits", 12},
+                                 {"black_dn", 60},
+                                 {"max_dn", 4095},
+                                 {"dn_per_e", 0.375},
+                                 {"read_noise_e", 2.5},
+                                 {"full_well_e", 10500}};
+  Set(nlohmann::json({{"format", "mosaic"}, {"sensor", sensor}}).dump());
+  const Input input = Open();
+  EXPECT_EQ(input.kind, InputKind::kMosaic);
+  EXPECT_EQ(Names(input), (List{"a", "b"}));
+  EXPECT_EQ(input.sensor.layout, ParseLayout("90 45 / 135 0"));
+  EXPECT_EQ(input.sensor.bits, 12);
+  EXPECT_EQ(input.sensor.black_dn, 60);
+  EXPECT_EQ(input.sensor.white_dn, 3997);  // the full well ends before the counts do: 60 + 10500 * 0.375
+  EXPECT_EQ(input.sensor.dn_per_e, 0.375);
+  EXPECT_EQ(input.sensor.read_noise_e, 2.5);
+  EXPECT_EQ(ReadView(input, 1).pictures[0].planes[0](3, 3), 4000);
+}
+
+TEST_F(InputTest, OptionsWinOverSetJson) {
+  Grey16("mosaic/a.png", 300);
+  Set(R"({"sensor": {"layout": "90 45 / 135 0", "bits": 12, "black_dn": 60, "white_dn": 4000}})");
+  const Input input = Open({.layout = "0 45 / 135 90", .bits = 10, .black_level = 16, .white_level = 1000});
+  EXPECT_EQ(input.sensor.layout, ParseLayout("0 45 / 135 90"));
+  EXPECT_EQ(input.sensor.bits, 10);
+  EXPECT_EQ(input.sensor.black_dn, 16);
+  EXPECT_EQ(input.sensor.white_dn, 1000);
+}
+
+TEST_F(InputTest, AnglesInBothSpellings) {
+  Angles({"001", "000"});
+  const Input input = Open();
+  EXPECT_EQ(input.kind, InputKind::kAngles);
+  EXPECT_EQ(Names(input), (List{"000", "001"}));
+  ASSERT_EQ(input.views[0].files.size(), 4u);
+  EXPECT_EQ(input.views[0].files[1], folder_ / "I-45/000.png");
+  EXPECT_EQ(input.sensor.white_dn, 255);
+
+  for (const auto& [from, to] : std::vector<std::pair<std::string, std::string>>{
+           {"I-00", "0"}, {"I-45", "45"}, {"I-90", "90"}, {"I-135", "135"}})
+    fs::rename(folder_ / from, folder_ / to);
+  EXPECT_EQ(Open().views[1].files[3], folder_ / "135/001.png");
+}
+
+TEST_F(InputTest, StokesPagesNamedFilesAndFolders) {
+  Floats("stokes/a.tif", 4);
+  EXPECT_EQ(Open().kind, InputKind::kStokes);
+  EXPECT_EQ(ReadView(Open(), 0).pictures.size(), 4u);
+  fs::remove_all(folder_ / "stokes");
+
+  Floats("b.tif", 3);
+  EXPECT_EQ(Open().kind, InputKind::kStokes);
+  fs::remove(folder_ / "b.tif");
+
+  for (const char* name : {"v_s0.tif", "v_S1.tif", "v_s2.tif"}) Floats(name, 1);
+  EXPECT_EQ(Open().kind, InputKind::kStokes);
+  EXPECT_EQ(Names(Open()), List{"v"});
+  EXPECT_EQ(Open().views[0].files[1], folder_ / "v_S1.tif");
+  for (const char* name : {"v_s0.tif", "v_S1.tif", "v_s2.tif"}) fs::remove(folder_ / name);
+
+  for (const char* name : {"s0/w.tif", "s1/w.tif", "s2/w.tif"}) Floats(name, 1);
+  EXPECT_EQ(Open().kind, InputKind::kStokes);
+  EXPECT_EQ(Names(Open()), List{"w"});
+}
+
+TEST_F(InputTest, RgbAopDop) {
+  Colour("rgb/a.png");
+  Grey16("aop/a.png", 1000);
+  Grey16("dop/a.png", 1000);
+  const Input input = Open();
+  EXPECT_EQ(input.kind, InputKind::kRgbAopDop);
+  EXPECT_FALSE(input.clockwise);
+  ASSERT_FALSE(input.notes.empty());  // the sense is assumed, and that is said
+  EXPECT_SAYS(input.notes[0], "--aop-sense");
+  const Input other = Open({.aop_sense = "clockwise", .aop_scale = "degrees"});
+  EXPECT_TRUE(other.clockwise);
+  EXPECT_EQ(other.aop_scale, "degrees");
+  EXPECT_EQ(Meaning(other)["aop_sense"], "clockwise");
+  fs::remove_all(folder_ / "rgb");
+  EXPECT_SAYS(Complaint(), "rgb/ is missing");
+}
+
+TEST_F(InputTest, ColourPicturesAreOnlyPhotos) {
+  Colour("a.png");
+  const Input input = Open();
+  EXPECT_EQ(input.kind, InputKind::kPhotos);
+  EXPECT_FALSE(input.polarized());
+  EXPECT_EQ(input.sensor.gamma, 2.2);
+  ASSERT_FALSE(input.notes.empty());
+  EXPECT_SAYS(input.notes[0], "no polarization");
+  EXPECT_SAYS(Complaint({.kind = "mosaic", .layout = "90 45 / 135 0"}), "one channel");
+}
+
+TEST_F(InputTest, MasksAndKnownPosesAreFound) {
+  Angles({"000", "001"});
+  WritePng(folder_ / "masks/001.png", Image<std::uint8_t>(8, 6, 255));
+  fs::create_directories(folder_ / "sparse");
+  const Input input = Open();
+  EXPECT_FALSE(input.views[0].mask);
+  EXPECT_EQ(input.views[1].mask, folder_ / "masks/001.png");
+  EXPECT_EQ(ReadView(input, 1).mask(2, 2), 255);
+  EXPECT_TRUE(ReadView(input, 0).mask.empty());
+  EXPECT_EQ(input.known_model, folder_ / "sparse");
+  EXPECT_SAYS(input.notes.at(0), "1 of 2 views have no mask");
+}
+
+TEST_F(InputTest, EverythingEffectiveIsWrittenForTheRecord) {
+  Angles({"000"});
+  const nlohmann::json json = ToJson(Open({.black_level = 5, .gamma = 2}));
+  EXPECT_EQ(json["kind"], "angles");
+  EXPECT_EQ(json["views"], 1);
+  EXPECT_EQ(json["sensor"]["black_dn"], 5);
+  EXPECT_EQ(json["sensor"]["gamma"], 2);
+  EXPECT_EQ(json["sensor"]["white_dn"], 255);
+  EXPECT_EQ(json["aop_sense"], "anticlockwise");
+  EXPECT_TRUE(json["known_model"].is_null());
+}
+
+TEST_F(InputTest, AMissingFolderIsNamed) {
+  EXPECT_SAYS(Complaint(), "no pictures");
+  fs::remove_all(folder_);
+  EXPECT_SAYS(Complaint(), "there is no such folder");
+  EXPECT_SAYS(Complaint(), folder_.string());
+  WriteFileAtomically(folder_, "a file");
+  EXPECT_SAYS(Complaint(), "this is a file");
+}
+
+TEST_F(InputTest, AnEmptyFolderSaysWhatIsWanted) {
+  EXPECT_SAYS(Complaint(), "there are no pictures here");
+  fs::create_directories(folder_ / "mosaic");
+  EXPECT_SAYS(Complaint({.layout = "90 45 / 135 0"}), "no mosaic pictures");
+}
+
+TEST_F(InputTest, AngleFoldersWithDifferentViewsNameTheMissingOnes) {
+  Angles({"000", "001", "002"});
+  fs::remove(folder_ / "I-45/001.png");
+  fs::remove(folder_ / "I-135/002.png");
+  const std::string complaint = Complaint();
+  EXPECT_SAYS(complaint, "I-45/ lacks 001");
+  EXPECT_SAYS(complaint, "I-135/ lacks 002");
+  fs::remove_all(folder_ / "I-90");
+  EXPECT_SAYS(Complaint(), "the folder of the angle 90 is missing");
+}
+
+TEST_F(InputTest, PicturesOfOneViewThatDifferInSizeAreNamed) {
+  Angles({"000", "001"});
+  Grey8("I-90/001.png", 9, 6);
+  const std::string complaint = Complaint();
+  EXPECT_SAYS(complaint, "8x6 and 9x6");
+  EXPECT_SAYS(complaint, "I-90/001.png");
+  Colour("I-90/001.png");
+  EXPECT_SAYS(Complaint(), "differ in colour");
+}
+
+TEST_F(InputTest, ATruncatedPngIsNamed) {
+  Angles({"000", "001"});
+  const std::string bytes = ReadFile(folder_ / "I-45/001.png");
+  WriteFileAtomically(folder_ / "I-45/001.png", bytes.substr(0, bytes.size() / 2));
+  EXPECT_SAYS(Complaint(), "I-45/001.png");
+  EXPECT_SAYS(Complaint(), "cut off");
+}
+
+TEST_F(InputTest, AWrongLayoutIsNamed) {
+  Grey8("mosaic/a.png");
+  EXPECT_SAYS(Complaint({.layout = "90 45 / 135 30"}), "\"90 45 / 135 30\"");
+  EXPECT_SAYS(Complaint({.layout = "sony"}), "not a mosaic layout");
+  EXPECT_EQ(Complaint({.layout = "90 45 / 135 0"}), "");
+}
+
+TEST_F(InputTest, WhatIsAmbiguousAsksForTheOptionThatDecides) {
+  Grey8("a.png");
+  EXPECT_SAYS(Complaint(), "--input-kind");
+  EXPECT_EQ(Complaint({.kind = "photos"}), "");
+  EXPECT_SAYS(Complaint({.kind = "mosaic"}), "--layout");
+  EXPECT_EQ(Complaint({.kind = "mosaic", .layout = "90 45 / 135 0"}), "");
+  EXPECT_EQ(Open({.layout = "90 45 / 135 0"}).kind, InputKind::kMosaic);  // only mosaics have a layout
+}
+
+TEST_F(InputTest, SixteenBitMosaicsAskForTheirDepth) {
+  Grey16("mosaic/a.png", 60000);
+  EXPECT_SAYS(Complaint({.layout = "90 45 / 135 0"}), "--bits");
+  EXPECT_SAYS(Complaint({.layout = "90 45 / 135 0", .bits = 12}), "60000 does not fit in 12 bits");
+  EXPECT_EQ(Complaint({.layout = "90 45 / 135 0", .bits = 16}), "");
+}
+
+TEST_F(InputTest, SixteenBitAnglePicturesAreAskedForTheirDepthUnlessTheyShowIt) {
+  for (const char* angle : {"0", "45", "90", "135"}) Grey16(std::string(angle) + "/a.png", 4000);
+  EXPECT_SAYS(Complaint(), "--bits");
+  Grey16("90/a.png", 40000);
+  const Input input = Open();
+  EXPECT_EQ(input.sensor.white_dn, 65535);
+  EXPECT_SAYS(input.notes.at(0), "--bits");
+}
+
+TEST_F(InputTest, SeveralKindsInOneFolderAskWhichToUse) {
+  Angles({"000"});
+  Floats("stokes/a.tif", 4);
+  EXPECT_SAYS(Complaint(), "--input-kind angles");
+  EXPECT_EQ(Complaint({.kind = "stokes"}), "");
+}
+
+TEST_F(InputTest, AMaskOfAnotherSizeIsNamed) {
+  Angles({"000"});
+  Grey8("masks/000.png", 8, 7);
+  EXPECT_SAYS(Complaint(), "the mask is 8x7, its picture 8x6");
+  EXPECT_SAYS(Complaint(), "masks/000.png");
+}
+
+TEST_F(InputTest, MasksThatMatchNoViewAreAnError) {
+  Angles({"000"});
+  Grey8("masks/view000.png");
+  EXPECT_SAYS(Complaint(), "no mask has the name of a view");
+  EXPECT_SAYS(Complaint(), "000.png, not view000.png");
+}
+
+TEST_F(InputTest, ABadSetJsonIsNamed) {
+  Grey8("mosaic/a.png");
+  Set("{");
+  EXPECT_SAYS(Complaint(), "set.json");
+  Set(R"({"sensor": {"bits": "twelve"}})");
+  EXPECT_SAYS(Complaint(), "\"bits\" must be a number");
+  Set(R"({"input_kind": "video"})");
+  EXPECT_SAYS(Complaint(), "input-kind video");
+  Set(R"({"sensor": {"layout": "90 45 / 135 0", "black_dn": 300}})");
+  EXPECT_SAYS(Complaint(), "black level 300 is not below");
+}
+
+TEST_F(InputTest, StokesPicturesMustBeFloatingPoint) {
+  for (const char* name : {"v_s0.png", "v_s1.png", "v_s2.png"}) Grey16(name, 5);
+  EXPECT_SAYS(Complaint(), "floating point");
+  fs::remove(folder_ / "v_s1.png");
+  EXPECT_SAYS(Complaint(), "*_s1 lacks v");
+}
+
+TEST_F(InputTest, TwoFilesForOneViewAreAnError) {
+  Colour("a.png");
+  fs::copy_file(folder_ / "a.png", folder_ / "a.tiff");
+  EXPECT_SAYS(Complaint(), "two pictures have the same name");
+}
+
+TEST_F(InputTest, AMosaicCannotBeDeclaredClockwise) {
+  Grey8("mosaic/a.png");
+  EXPECT_SAYS(Complaint({.layout = "90 45 / 135 0", .aop_sense = "clockwise"}), "Swap 45 and 135");
+}
+
+TEST(SharedInput, EveryFormOfTheSharedDataIsRecognized) {
+  const fs::path data = fs::path(POLARSCAN_SHARED) / "data";
+  if (!fs::exists(data / "rendered/igea-table") || !fs::exists(data / "multiview-polar/wwbottle60"))
+    GTEST_SKIP() << "../shared/data is not there";
+  const Input igea = OpenInput(data / "rendered/igea-table", {});
+  EXPECT_EQ(igea.kind, InputKind::kMosaic);
+  EXPECT_EQ(igea.views.size(), 18u);
+  EXPECT_EQ(igea.sensor.white_dn, 4000);
+  EXPECT_FALSE(igea.known_model);
+  const Input bunny = OpenInput(data / "rendered/bunny-plastic", {});
+  EXPECT_EQ(bunny.kind, InputKind::kAngles);
+  EXPECT_EQ(bunny.views.size(), 36u);
+  EXPECT_TRUE(bunny.known_model);
+  EXPECT_TRUE(bunny.views[35].mask);
+  const Input bottle = OpenInput(data / "multiview-polar/wwbottle60", {});
+  EXPECT_EQ(bottle.kind, InputKind::kAngles);
+  EXPECT_EQ(bottle.views.size(), 60u);
+  EXPECT_EQ(ReadView(bottle, 0).pictures[0].planes.size(), 3u);
+}
+
+}  // namespace
+}  // namespace polarscan
