@@ -96,7 +96,8 @@ function fillTiles() {
 function fillMessages() {
   const list = (title, items, style) => {
     if (!items.length) return;
-    byId("messages").append(element("div", { class: "callout " + style }, element("b", {}, title),
+    const summary = element("summary", {}, element("b", {}, title), element("span", {}, ` · ${items.length}`));
+    byId("messages").append(element("details", { class: "callout " + style, open: items.length <= 4 && "" }, summary,
       element("ul", {}, ...items.map((item) => element("li", {}, item)))));
   };
   const warnings = [...(scan.warnings || []), ...Object.values(scan.stages || {}).flatMap((stage) => stage.warnings || [])];
@@ -288,12 +289,13 @@ function fillStages() {
   const order = Object.keys(STAGES), longest = Math.max(...stages.map(([, stage]) => stage.seconds || 0), 1e-9);
   stages.sort((a, b) => order.indexOf(a[0]) - order.indexOf(b[0]));
   byId("stages").append(element("table", { class: "stages" }, ...stages.map(([name, stage]) => {
-    const counts = Object.entries(stage.counts || {}).map(([key, value]) => `${typeof value === "number" ? count(value) : value} ${key}`).join(" · ");
+    const counts = Object.entries(stage.counts || {}).filter(([, value]) => typeof value === "number")
+      .map(([key, value]) => `${count(value)} ${key.replaceAll("_", " ")}`).join(" · ");
     const bar = element("i");
     bar.style.width = (100 * (stage.seconds || 0)) / longest + "%";
     const done = stage.state === "done";
     return element("tr", {}, element("th", { scope: "row" }, STAGES[name] ?? name, " ",
-        element("span", { class: done ? "soft" : "failed" }, done ? counts : stage.state ?? "not run"),
+        element("span", { class: done ? "soft" : "failed" }, done ? counts : [stage.state ?? "not run", stage.error].filter(Boolean).join(": ")),
         element("div", { class: "meter" }, bar)),
       element("td", { class: "time" }, stage.seconds === undefined ? "" : duration(stage.seconds)));
   })));

@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: Apache-2.0
+// The report's page, from outside: what its data say, and what headless Chromium makes of it.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstring>
+
+#include "core/files.h"
+#include "core/image_io.h"
+#include "program.h"
+#include "toy_scan.h"
+
+namespace polarscan::test {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr int kWidth = 1280, kHeight = 1000;
+
+std::string Decode(const std::string& base64) {
+  std::array<int, 256> digit{};
+  const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  for (std::size_t i = 0; i < 64; ++i) digit[std::uint8_t(digits[i])] = int(i);
+  std::string bytes;
+  for (std::size_t i = 0; i + 3 < base64.size(); i += 4) {
+    unsigned word = 0;
+    for (std::size_t k = 0; k < 4; ++k) word = word << 6 | unsigned(digit[std::uint8_t(base64[i + k])]);
+    for (std::size_t k = 0; k < 3; ++k)
+      if (base64[i + k + 1] != '=') bytes += char(word >> (16 - 8 * k) & 255);
+  }
+  return bytes;
+}
+
+// What lies between the tag that holds `id="ID">` and the next "</".
+std::string Inside(const std::string& html, const std::string& id) {
+  const std::string tag = "id=\"" + id + "\">";
+  const std::size_t begin = html.find(tag) + tag.size();
+  return html.substr(begin, html.find("</", begin) - begin);
+}
+
+nlohmann::json DataOf(const std::string& html) { return nlohmann::json::parse(Inside(html, "data")); }
+
+std::string Report(const fs::path& scan) {
+  const Outcome outcome = RunPolarscan({"report", scan.string()});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  return ReadFile(scan / "report.html");
+}
+
+struct Shown {
+  Picture picture;  // kWidth x kHeight
+  std::string dom, console;
+};
+
+// The page as headless Chromium shows it, with software WebGL. `address` comes after the '#'.
+Shown Show(const fs::path& html, const std::string& address) {
+  TemporaryFolder folder;
+  const fs::path shot = folder / "shot.png";
+  const Outcome outcome =
+      Process({"chromium", "--headless", "--no-sandbox", "--use-angle=swiftshader",
+               "--enable-unsafe-swiftshader", "--hide-scrollbars", "--virtual-time-budget=2000",
+               "--user-data-dir=" + (folder / "profile").string(), "--enable-logging=stderr", "--v=0",
+               "--window-size=" + std::to_string(kWidth) + "," + std::to_string(kHeight),
+               "--screenshot=" + shot.string(), "--dump-dom", "file://" + html.string() + "#" + address})
+          .Wait(120);
+  Shown shown{ReadPicture(shot), outcome.out, ""};
+  for (std::size_t at = 0; (at = outcome.err.find("CONSOLE", at)) != std::string::npos; ++at)
+    shown.console += outcome.err.substr(at, outcome.err.find('\n', at) - at) + "\n";
+  return shown;
+}
+
+// The share of the pixels where the cloud is shown that differ clearly between two pictures.
+double ShareChanged(const Picture& a, const Picture& b) {
+  int changed = 0, all = 0;
+  for (int y = 350; y < 700; ++y)
+    for (int x = 60; x < 820; ++x, ++all)
+      for (std::size_t plane = 0; plane < 3; ++plane)
+        if (std::abs(a.planes[plane](x, y) - b.planes[plane](x, y)) > 40) {
+          ++changed;
+          break;
+        }
+  return double(changed) / all;
+}
+
+class Report3d : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!HasProgram("chromium")) GTEST_SKIP() << "chromium is not installed";
+    WriteToyScan(scan(), 6);
+  }
+  fs::path scan() const { return folder_ / "scan"; }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+TEST(Report, IsOneFileThatNeedsNoOther) {
+  TemporaryFolder folder;
+  WriteToyScan(folder / "scan", 3);
+  const std::string html = Report(folder / "scan");
+  EXPECT_LT(html.size(), 30'000'000u);
+  for (const char* word :
+       {"http://", "https://", "//cdn", "@import", "<script src", "<link rel=\"stylesheet"})
+    EXPECT_EQ(html.find(word), std::string::npos) << word;
+  for (std::size_t at = 0; (at = html.find("href=\"", at)) != std::string::npos; ++at)
+    EXPECT_EQ(html.compare(at, 11, "href=\"data:"), 0);
+}
+
+TEST(Report, HoldsTheCloudToATenThousandthOfItsSize) {
+  TemporaryFolder folder;
+  WriteToyScan(folder / "scan", 3);
+  const std::string html = Report(folder / "scan");
+  const nlohmann::json cloud = DataOf(html).at("cloud");
+  const std::string bytes = Decode(Inside(html, "cloud"));
+  const std::size_t count = cloud.at("shown");
+  ASSERT_EQ(count, cloud.at("total"));
+  ASSERT_EQ(bytes.size(), count * (6 + 3 + 3 + 1 + 1 + 1));  // places, colours, normals, three scalars
+  for (std::size_t i = 0; i < count; ++i) {
+    std::uint16_t q[3];
+    std::memcpy(q, bytes.data() + 6 * i, 6);
+    double p[3], n[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      p[k] = cloud.at("low")[k].get<double>() + q[k] / 65535.0 * cloud.at("size")[k].get<double>();
+      n[k] = double(std::int8_t(bytes[count * 9 + 3 * i + k])) / 127;
+    }
+    const bool table = std::abs(p[1] + 1) < 1e-3 && n[1] > 0.99;
+    if (table) continue;
+    ASSERT_NEAR(std::hypot(p[0], p[1], p[2]), 1, 1e-3);  // the ball: its normal is its place
+    for (std::size_t k = 0; k < 3; ++k) ASSERT_NEAR(n[k], p[k], 0.006);
+  }
+}
+
+TEST(Report, ShowsACameraWhereItStandsWithUpUpwards) {
+  TemporaryFolder folder;
+  WriteToyScan(folder / "scan", 4);
+  const nlohmann::json data = DataOf(Report(folder / "scan"));
+  for (const nlohmann::json& view : data.at("views")) {
+    const std::vector<double> center = view.at("camera").at("center");
+    EXPECT_NEAR(center[1], 2.6, 1e-9);
+    EXPECT_NEAR(std::hypot(center[0], center[2]), 5.2, 1e-9);
+    double middle[3] = {};  // the mean of the corners is the viewing direction, towards the origin
+    for (const auto& corner : view.at("camera").at("corners"))
+      for (std::size_t k = 0; k < 3; ++k) middle[k] += corner[k].get<double>() / 4;
+    const double length = std::hypot(5.2, 2.6);
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(middle[k], -center[k] / length, 1e-9);
+  }
+}
+
+// Light is polarized along the azimuth of the ball's normal: red to the right, cyan on top.
+TEST(Report, AopPictureOfABallIsRedAtTheSidesAndCyanOnTop) {
+  TemporaryFolder folder;
+  WriteToyScan(folder / "scan", 3);
+  const nlohmann::json data = DataOf(Report(folder / "scan"));
+  WriteFileAtomically(folder / "aop.jpg", Decode(data.at("views")[0].at("pictures").at("aop")));
+  const Picture aop = ReadPicture(folder / "aop.jpg");
+  ASSERT_EQ(aop.width(), 160);
+  const auto pixel = [&](int x, int y) {
+    return std::array{aop.planes[0](x, y), aop.planes[1](x, y), aop.planes[2](x, y)};
+  };
+  const int radius = int(1.1 * 160 * std::tan(std::asin(1 / std::hypot(5.2, 2.6)))) - 2;
+  for (int x : {80 + radius, 79 - radius}) {
+    EXPECT_GT(pixel(x, 60)[0], 120);
+    EXPECT_LT(pixel(x, 60)[1], 70);
+    EXPECT_LT(pixel(x, 60)[2], 70);
+  }
+  const auto top = pixel(80, 60 - radius);
+  EXPECT_LT(top[0], 70);
+  EXPECT_GT(top[1], 120);
+  EXPECT_GT(top[2], 120);
+}
+
+TEST(Report, TheSameScanGivesTheSameBytesForAnyNumberOfThreads) {
+  TemporaryFolder folder;
+  WriteToyScan(folder / "scan", 5);
+  for (const char* threads : {"1", "2"})
+    ASSERT_EQ(RunPolarscan({"--threads", threads, "report", (folder / "scan").string(), "-o",
+                            (folder / (std::string(threads) + ".html")).string()})
+                  .exit_code,
+              0);
+  EXPECT_EQ(ReadFile(folder / "1.html"), ReadFile(folder / "2.html"));
+}
+
+TEST(Report, AFolderWithoutAScanIsAnError) {
+  TemporaryFolder folder;
+  const Outcome outcome = RunPolarscan({"report", folder.path().string()});
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_NE(outcome.err.find("scan.json"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("polarscan reconstruct"), std::string::npos) << outcome.err;
+}
+
+TEST(Report, ADamagedMapOrCloudIsNamedAndStopsNothing) {
+  TemporaryFolder folder;
+  const fs::path scan = folder / "scan", map = scan / "dense/stereo/depth_maps/ball01.png.geometric.bin";
+  WriteToyScan(scan, 3);
+  fs::resize_file(map, fs::file_size(map) / 2);
+  fs::resize_file(scan / "cloud.ply", fs::file_size(scan / "cloud.ply") / 2);
+  const nlohmann::json data = DataOf(Report(scan));
+  EXPECT_NE(data.at("notes").dump().find("ball01.png.geometric.bin"), std::string::npos);
+  EXPECT_NE(data.at("notes").dump().find("cloud.ply"), std::string::npos);
+  EXPECT_NE(data.at("notes").dump().find("Only 2 of 3 views have depth maps"), std::string::npos);
+  EXPECT_TRUE(data.at("views")[0].at("pictures").contains("depth"));
+}
+
+TEST_F(Report3d, ShowsTheCloudAndReportsNoError) {
+  Report(scan());
+  const Shown shown = Show(scan() / "report.html", "theme=light");
+  EXPECT_EQ(shown.console, "");
+  EXPECT_NE(shown.dom.find("data-ready=\"yes\""), std::string::npos);
+  EXPECT_EQ(shown.dom.find("data-error"), std::string::npos);
+  EXPECT_NE(shown.dom.find("One view did not register: &lt;ball&gt; &amp; table"), std::string::npos);
+  int stripes = 0;  // the ball's orange, anywhere where the cloud is shown
+  for (int y = 350; y < 700; ++y)
+    for (int x = 60; x < 820; ++x)
+      stripes += shown.picture.planes[0](x, y) > 1.7f * shown.picture.planes[2](x, y);
+  EXPECT_GT(stripes, 2000);
+}
+
+TEST_F(Report3d, AnotherColourChangesThePicture) {
+  Report(scan());
+  const Picture colour = Show(scan() / "report.html", "theme=light&colour=colour").picture;
+  const Picture again = Show(scan() / "report.html", "theme=light&colour=colour").picture;
+  EXPECT_LT(ShareChanged(colour, again), 0.001);
+  for (const char* layer : {"normal", "dop", "confidence"})
+    EXPECT_GT(ShareChanged(colour,
+                           Show(scan() / "report.html", std::string("theme=light&colour=") + layer).picture),
+              0.02)
+        << layer;
+}
+
+TEST_F(Report3d, SaysInWordsWhatTheScanDoesNotHave) {
+  fs::remove(scan() / "cloud.ply");
+  fs::remove_all(scan() / "dense/stereo");
+  Report(scan());
+  const Shown cameras_only = Show(scan() / "report.html", "");
+  for (const char* words : {"There is no cloud yet.", "There are no depth maps yet.", "data-ready=\"yes\""})
+    EXPECT_NE(cameras_only.dom.find(words), std::string::npos) << words;
+  EXPECT_EQ(cameras_only.console, "");
+
+  fs::remove_all(scan() / "dense");
+  WriteJson(scan() / "scan.json", {{"version", "0.1.0"}});
+  Report(scan());
+  const Shown nothing = Show(scan() / "report.html", "");
+  for (const char* words :
+       {"There are no views yet.", "no cloud and no camera poses yet", "data-ready=\"yes\""})
+    EXPECT_NE(nothing.dom.find(words), std::string::npos) << words;
+  EXPECT_EQ(nothing.console, "");
+}
+
+TEST_F(Report3d, TextFromTheScanCannotBecomeMarkup) {
+  nlohmann::json json = ReadJson(scan() / "scan.json");
+  json["warnings"] = {"</script><script>document.documentElement.dataset.broken='yes'</script>"};
+  WriteJson(scan() / "scan.json", json);
+  Report(scan());
+  const Shown shown = Show(scan() / "report.html", "");
+  EXPECT_NE(shown.dom.find("data-ready=\"yes\""), std::string::npos);
+  EXPECT_EQ(shown.dom.find("data-broken"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace polarscan::test
