@@ -6,11 +6,13 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <memory>
 #include <thread>
 
 #include "core/files.h"
+#include "core/mesh.h"
 #include "program.h"
 
 namespace polarscan::test {
@@ -19,14 +21,36 @@ namespace {
 
 using nlohmann::json;
 
+// A ball of 2600 vertices with normals.
+TriangleMesh Ball() {
+  constexpr std::uint32_t kRings = 36, kSpokes = 72;
+  TriangleMesh ball;
+  for (std::uint32_t ring = 0; ring <= kRings; ++ring)
+    for (std::uint32_t spoke = 0; spoke < kSpokes; ++spoke) {
+      const double polar = M_PI * ring / kRings, around = 2 * M_PI * spoke / kSpokes;
+      ball.vertices.emplace_back(std::sin(polar) * std::cos(around), std::cos(polar),
+                                 -std::sin(polar) * std::sin(around));
+      ball.normals.push_back(ball.vertices.back());
+    }
+  for (std::uint32_t ring = 0; ring < kRings; ++ring)
+    for (std::uint32_t spoke = 0; spoke < kSpokes; ++spoke) {
+      const std::uint32_t a = ring * kSpokes + spoke, b = ring * kSpokes + (spoke + 1) % kSpokes;
+      ball.triangles.push_back({a, a + kSpokes, b});
+      ball.triangles.push_back({b, a + kSpokes, b + kSpokes});
+    }
+  return ball;
+}
+
 // Small pictures of a textured ball, its masks and poses; made once for all tests.
 class Pipeline : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     suite_ = std::make_unique<TemporaryFolder>();
+    WriteMesh(*suite_ / "ball.ply", Ball());
     const Outcome outcome =
-        RunPolarscan({"simulate", "-o", Input().string(), "--scene", "sphere", "--texture", "strong",
-                      "--rings", "30:6", "--width", "192", "--height", "160", "--masks", "--known-poses"});
+        RunPolarscan({"simulate", "-o", Input().string(), "--mesh", (*suite_ / "ball.ply").string(),
+                      "--no-table", "--texture", "strong", "--rings", "30:6", "--width", "192", "--height",
+                      "160", "--masks", "--known-poses"});
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   }
   static void TearDownTestSuite() { suite_.reset(); }
