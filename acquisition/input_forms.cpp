@@ -4,9 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
-#include <map>
-
+#include "acquisition/input_files.h"
 #include "core/error.h"
 
 namespace polarscan {
@@ -14,58 +12,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using Files = std::map<std::string, fs::path>;  // by view name, hence sorted
 struct Named {
   std::string label;
-  Files files;
+  PictureFiles files;
 };
-
-std::string Lower(std::string text) {
-  std::ranges::transform(text, text.begin(), [](unsigned char c) { return char(std::tolower(c)); });
-  return text;
-}
-
-// The pictures of a folder by stem. Hidden files are not looked at.
-Files ListPictures(const fs::path& folder) {
-  Files files;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-    const fs::path& path = entry.path();
-    if (!entry.is_regular_file() || !IsPictureName(path) || path.filename().string().starts_with('.'))
-      continue;
-    const auto [at, is_new] = files.emplace(path.stem().string(), path);
-    if (!is_new)
-      throw Error("two pictures have the same name",
-                  fmt::format("{} and {}", at->second.string(), path.string()), "Remove one of them");
-  }
-  return files;
-}
-
-std::map<std::string, fs::path> ListFolders(const fs::path& folder) {
-  std::map<std::string, fs::path> folders;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
-    if (entry.is_directory()) folders[Lower(entry.path().filename().string())] = entry.path();
-  return folders;
-}
-
-// The polarizer angle that a folder's (lower case) name stands for, "i-045", "i45" or "45"; -1 if none.
-int AngleOf(std::string name) {
-  if (name.starts_with('i')) name.erase(0, name.size() > 1 && (name[1] == '-' || name[1] == '_') ? 2 : 1);
-  if (name.empty() || name.size() > 3 ||
-      !std::ranges::all_of(name, [](char c) { return c >= '0' && c <= '9'; }))
-    return -1;
-  const int angle = std::stoi(name);
-  return angle == 0 || angle == 45 || angle == 90 || angle == 135 ? angle : -1;
-}
-
-std::map<int, fs::path> AngleFolders(const fs::path& folder) {
-  std::map<int, fs::path> angles;
-  for (const auto& [name, path] : ListFolders(folder)) {
-    const int angle = AngleOf(name);
-    if (angle >= 0 && !angles.emplace(angle, path).second)
-      throw Error(fmt::format("two folders hold the angle {}", angle), folder.string(), "Remove one of them");
-  }
-  return angles;
-}
 
 // Views whose files lie in several lists under the same name; a name missing in one is an error.
 std::vector<InputView> Join(const std::vector<Named>& lists, const fs::path& folder) {
@@ -113,18 +63,7 @@ std::vector<InputView> ListAngles(const fs::path& folder) {
   return JoinFolders(folders, folder);
 }
 
-// 0, 1, 2 if the stem ends in _s0, _s1, _s2 (or -s0, .s0; any case); -1 otherwise.
-int StokesComponent(const std::string& stem) {
-  const std::string end = Lower(stem.size() > 3 ? stem.substr(stem.size() - 3) : "");
-  const bool fits = end.size() == 3 && std::string("_-.").find(end[0]) != std::string::npos && end[1] == 's';
-  return fits && end[2] >= '0' && end[2] <= '2' ? end[2] - '0' : -1;
-}
-
-bool HoldsStokesNames(const Files& files) {
-  return std::ranges::any_of(files, [](const auto& file) { return StokesComponent(file.first) >= 0; });
-}
-
-std::vector<InputView> ListFlat(const Files& files) {
+std::vector<InputView> ListFlat(const PictureFiles& files) {
   std::vector<InputView> views;
   for (const auto& [name, path] : files) views.push_back({name, {path}, {}});
   return views;
@@ -143,8 +82,8 @@ std::vector<InputView> ListStokes(const fs::path& parent) {
     }
     return JoinFolders(components, folder);
   }
-  const Files files = ListPictures(folder);
-  if (!HoldsStokesNames(files)) return ListFlat(files);
+  const PictureFiles files = ListPictures(folder);
+  if (!HoldStokesComponents(files)) return ListFlat(files);
   std::vector<Named> lists = {{"*_s0", {}}, {"*_s1", {}}, {"*_s2", {}}};
   for (const auto& [stem, path] : files)
     if (const int component = StokesComponent(stem); component >= 0)
@@ -158,61 +97,7 @@ std::vector<InputView> ListIn(const fs::path& folder, const std::vector<std::str
   return ListFlat(ListPictures(folder));
 }
 
-bool IsStokesFile(const fs::path& path, const Picture& picture) {
-  return picture.bits == 32 && Lower(path.extension().string()).starts_with(".tif") &&
-         ReadFloatTiff(path).size() >= 3;
-}
-
-bool IsGrey(const Picture& picture) {
-  for (const Image<float>& plane : picture.planes)
-    if (!std::ranges::equal(plane.pixels(), picture.planes[0].pixels())) return false;
-  return true;
-}
-
-// Pictures that lie flat in the folder: what they are shows in their names or in the first one.
-InputKind RecognizeFlat(const fs::path& folder, const InputOptions& options) {
-  const Files files = ListPictures(folder);
-  if (files.empty())
-    throw Error("there are no pictures here", folder.string(),
-                "Give a folder with pictures (PNG, JPEG, TIFF or EXR), or one with mosaic/, I-00/ I-45/ "
-                "I-90/ I-135/, "
-                "stokes/ or rgb/ aop/ dop/");
-  if (HoldsStokesNames(files)) return InputKind::kStokes;
-  const auto& [name, path] = *files.begin();
-  const Picture first = ReadPicture(path);
-  if (IsStokesFile(path, first)) return InputKind::kStokes;
-  if (!IsGrey(first)) return InputKind::kPhotos;
-  if (!options.layout.empty()) return InputKind::kMosaic;
-  throw Error("these grey pictures may be raw mosaics or plain photos", folder.string(),
-              "Give --input-kind mosaic --layout \"90 45 / 135 0\" (with your sensor's angles) or "
-              "--input-kind photos");
-}
-
-InputKind KindOf(const std::string& name) {
-  for (const InputKind kind : {InputKind::kMosaic, InputKind::kAngles, InputKind::kStokes,
-                               InputKind::kRgbAopDop, InputKind::kPhotos})
-    if (ToString(kind) == name) return kind;
-  throw Error("there is no such kind of input", name);
-}
-
 }  // namespace
-
-InputKind RecognizeKind(const fs::path& folder, const InputOptions& options) {
-  if (options.kind != "auto") return KindOf(options.kind);
-  const auto folders = ListFolders(folder);
-  std::vector<InputKind> kinds;
-  if (folders.contains("mosaic")) kinds.push_back(InputKind::kMosaic);
-  if (AngleFolders(folder).size() >= 2) kinds.push_back(InputKind::kAngles);
-  if (folders.contains("stokes") || (folders.contains("s0") && folders.contains("s1")))
-    kinds.push_back(InputKind::kStokes);
-  if (folders.contains("aop") && folders.contains("dop")) kinds.push_back(InputKind::kRgbAopDop);
-  if (folders.contains("photos") || folders.contains("images")) kinds.push_back(InputKind::kPhotos);
-  if (kinds.empty()) return RecognizeFlat(folder, options);
-  if (kinds.size() == 1) return kinds[0];
-  throw Error(fmt::format("the folder holds pictures of several kinds ({} and {})", ToString(kinds[0]),
-                          ToString(kinds[1])),
-              folder.string(), fmt::format("Say which to use, as in --input-kind {}", ToString(kinds[0])));
-}
 
 std::vector<InputView> ListViews(const fs::path& folder, InputKind kind) {
   std::vector<InputView> views;
@@ -233,7 +118,7 @@ std::vector<InputView> ListViews(const fs::path& folder, InputKind kind) {
 
 void FindMasks(const fs::path& folder, std::vector<InputView>& views) {
   if (!fs::is_directory(folder / "masks")) return;
-  const Files masks = ListPictures(folder / "masks");
+  const PictureFiles masks = ListPictures(folder / "masks");
   std::size_t found = 0;
   for (InputView& view : views)
     if (const auto mask = masks.find(view.name); mask != masks.end()) {

@@ -27,7 +27,8 @@ void AddDemosaicCommand(CLI::App& app, Context& context) {
   CLI::App* sub = app.add_subcommand("demosaic", "Turn pictures of any kind into Stokes views");
   sub->add_option("input", command->input,
                   "A folder of raw mosaics, polarizer pictures, Stokes pictures or photos")
-      ->required();
+      ->required()
+      ->check(CLI::ExistingDirectory);
   sub->add_option("-o,--output", command->views, "The folder for the views")->required();
   AddOptions(*sub, Table(command->input_options));
   AddOptions(*sub, Table(command->options));

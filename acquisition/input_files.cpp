@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/input_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "core/error.h"
+#include "core/image_io.h"
+
+namespace polarscan {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The polarizer angle that a folder's (lower case) name stands for, "i-045", "i45" or "45"; -1 if none.
+int AngleOf(std::string name) {
+  if (name.starts_with('i')) name.erase(0, name.size() > 1 && (name[1] == '-' || name[1] == '_') ? 2 : 1);
+  if (name.empty() || name.size() > 3 ||
+      !std::ranges::all_of(name, [](char c) { return c >= '0' && c <= '9'; }))
+    return -1;
+  const int angle = std::stoi(name);
+  return angle == 0 || angle == 45 || angle == 90 || angle == 135 ? angle : -1;
+}
+
+}  // namespace
+
+std::string LowerCase(std::string text) {
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return char(std::tolower(c)); });
+  return text;
+}
+
+PictureFiles ListPictures(const fs::path& folder) {
+  PictureFiles files;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    const fs::path& path = entry.path();
+    if (!entry.is_regular_file() || !IsPictureName(path) || path.filename().string().starts_with('.'))
+      continue;
+    const auto [at, is_new] = files.emplace(path.stem().string(), path);
+    if (!is_new)
+      throw Error("two pictures have the same name",
+                  fmt::format("{} and {}", at->second.string(), path.string()), "Remove one of them");
+  }
+  return files;
+}
+
+std::map<std::string, fs::path> ListFolders(const fs::path& folder) {
+  std::map<std::string, fs::path> folders;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+    if (entry.is_directory()) folders[LowerCase(entry.path().filename().string())] = entry.path();
+  return folders;
+}
+
+std::map<int, fs::path> AngleFolders(const fs::path& folder) {
+  std::map<int, fs::path> angles;
+  for (const auto& [name, path] : ListFolders(folder)) {
+    const int angle = AngleOf(name);
+    if (angle >= 0 && !angles.emplace(angle, path).second)
+      throw Error(fmt::format("two folders hold the angle {}", angle), folder.string(), "Remove one of them");
+  }
+  return angles;
+}
+
+int StokesComponent(const std::string& stem) {
+  const std::string end = LowerCase(stem.size() > 3 ? stem.substr(stem.size() - 3) : "");
+  const bool fits = end.size() == 3 && std::string("_-.").find(end[0]) != std::string::npos && end[1] == 's';
+  return fits && end[2] >= '0' && end[2] <= '2' ? end[2] - '0' : -1;
+}
+
+bool HoldStokesComponents(const PictureFiles& files) {
+  return std::ranges::any_of(files, [](const auto& file) { return StokesComponent(file.first) >= 0; });
+}
+
+}  // namespace polarscan

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <filesystem>
+#include <map>
+#include <string>
+
+namespace polarscan {
+
+using PictureFiles = std::map<std::string, std::filesystem::path>;  // by stem, hence sorted
+
+// The pictures of a folder; hidden files are not looked at. Throws Error if two have the same stem.
+PictureFiles ListPictures(const std::filesystem::path& folder);
+
+// The folders in a folder, by their names in lower case.
+std::map<std::string, std::filesystem::path> ListFolders(const std::filesystem::path& folder);
+
+// The folders named after polarizer angles: I-00, i45, I_090, 135. Throws Error if two stand for the same
+// angle.
+std::map<int, std::filesystem::path> AngleFolders(const std::filesystem::path& folder);
+
+// 0, 1, 2 if the stem ends in _s0, _s1, _s2 (or -s0, .s0; any case); -1 otherwise.
+int StokesComponent(const std::string& stem);
+bool HoldStokesComponents(const PictureFiles& files);
+
+std::string LowerCase(std::string text);
+
+}  // namespace polarscan
