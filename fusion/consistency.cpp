@@ -61,7 +61,7 @@ std::optional<Agreement> Ask(const ViewMaps& reference, const Eigen::Vector2d& p
   const double residual = (error_px / limits.reprojection_px + std::abs(relative) / limits.relative_depth +
                            angle / limits.normal_deg) /
                           3;
-  return Agreement{0, x, y, position, residual};
+  return Agreement{0, uv, x, y, position, residual};
 }
 
 // Running weighted means of what a cloud point holds.
@@ -101,6 +101,13 @@ SurfacePoint BackProject(const ViewMaps& view, int x, int y) {
   const Eigen::Vector3d p = double(view.depth(x, y)) * view.camera.Ray(x + 0.5, y + 0.5);
   return {ToWorld(view.cam_from_world, p),
           view.cam_from_world.rotation.transpose() * view.normal(x, y).cast<double>()};
+}
+
+double PatchArea(const ViewMaps& view, int x, int y) {
+  const Eigen::Vector3d ray = view.camera.Ray(x + 0.5, y + 0.5);
+  const double cosine = -view.normal(x, y).cast<double>().dot(ray) / ray.norm();
+  const double depth = view.depth(x, y);
+  return depth * depth / (view.camera.fx * view.camera.fy * std::max(kGrazing, cosine));
 }
 
 void FindAgreements(const ViewMaps& reference, int x, int y,

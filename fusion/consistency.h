@@ -30,7 +30,8 @@ struct ConsistencyCounts {
 // One agreeing view.
 struct Agreement {
   int view;               // index into the list of candidates
-  int x, y;               // its pixel
+  Eigen::Vector2d pixel;  // where the first view's point projects to; inside of pixel (x, y)
+  int x, y;
   Eigen::Vector3d point;  // its surface point, world
   double residual;        // 0 (same point, same normal) to 1 (at the limits): mean of the three tests
 };
@@ -40,6 +41,9 @@ struct SurfacePoint {
   Eigen::Vector3d position, normal;
 };
 SurfacePoint BackProject(const ViewMaps& view, int x, int y);
+
+// Area of the surface patch that a pixel with an estimate sees, world units squared.
+double PatchArea(const ViewMaps& view, int x, int y);
 
 // Which of `candidates` agree with pixel (x, y) of `reference`. The other view's depth is taken exactly where
 // the point projects to, from the plane of the nearest pixel's depth and normal, so that the reprojection

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "core/error.h"
@@ -44,9 +45,24 @@ ConsistencyLimits Limits(const FusionOptions& options) {
   return {options.reprojection_px, options.relative_depth, options.normal_deg};
 }
 
-void Absorb(const ViewMaps& view, const Agreement& agreement, Row& row) {
-  row.absorbed.emplace_back(
-      agreement.view, std::size_t(agreement.y) * std::size_t(view.depth.width()) + std::size_t(agreement.x));
+// A view that sees the surface about as finely as the first one, or more coarsely, has nothing to add around
+// the point: the four pixels around its projection are absorbed. Of a finer view only the pixel that was
+// asked is, and the others may still become points.
+void Absorb(const ViewMaps& view, const Agreement& agreement, double patch_area, double relative_depth,
+            Row& row) {
+  constexpr double kFiner = 2;
+  const float depth = view.depth(agreement.x, agreement.y);
+  const bool finer = patch_area > kFiner * PatchArea(view, agreement.x, agreement.y);
+  const int left = int(std::floor(agreement.pixel.x() - 0.5)),
+            top = int(std::floor(agreement.pixel.y() - 0.5));
+  for (int y = top; y <= top + 1; ++y)
+    for (int x = left; x <= left + 1; ++x) {
+      const bool asked = x == agreement.x && y == agreement.y;
+      if ((finer && !asked) || !view.depth.Contains(x, y)) continue;
+      if (std::abs(view.depth(x, y) - depth) > relative_depth * depth) continue;
+      row.absorbed.emplace_back(agreement.view,
+                                std::size_t(y) * std::size_t(view.depth.width()) + std::size_t(x));
+    }
 }
 
 Row FuseRow(const ViewMaps& reference, int view, int y, const Candidates& candidates,
@@ -68,7 +84,9 @@ Row FuseRow(const ViewMaps& reference, int view, int y, const Candidates& candid
       ++row.counts.contradicted;
     } else {
       row.points.push_back(Fuse(reference, x, y, candidates.maps, agreements));
-      for (const Agreement& a : agreements) Absorb(*candidates.maps[std::size_t(a.view)], a, row);
+      const double area = PatchArea(reference, x, y);
+      for (const Agreement& a : agreements)
+        Absorb(*candidates.maps[std::size_t(a.view)], a, area, limits.relative_depth, row);
     }
   }
   return row;

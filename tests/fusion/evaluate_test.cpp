@@ -164,9 +164,20 @@ TEST(Statistics, ThresholdListsAreParsedAndBadOnesRefused) {
     EXPECT_THROW(ParseThresholds(bad, 1), Error) << bad;
 }
 
+TEST(Unit, IsTheObjectsRadiusRoundedToOneTwoOrFive) {
+  const auto unit = [](double radius) { return ObjectUnit(SquareMesh(radius / std::sqrt(2.), 0)); };
+  EXPECT_DOUBLE_EQ(unit(1.03), 1);
+  EXPECT_DOUBLE_EQ(unit(0.98), 1);
+  EXPECT_DOUBLE_EQ(unit(47), 50);
+  EXPECT_DOUBLE_EQ(unit(0.0022), 0.002);
+  EXPECT_DOUBLE_EQ(unit(8), 10);
+}
+
 TEST(Cloud, PointsOffAPlaneHaveTheOffsetAsAccuracy) {
   const Truth truth(SquareMesh(1, 0), {});
-  const json r = EvaluatePoints(Grid(-0.9, 0.9, 0.9, 0.01, 0.0125), truth);
+  EvaluateOptions options;
+  options.unit = 1;
+  const json r = EvaluatePoints(Grid(-0.9, 0.9, 0.9, 0.01, 0.0125), truth, options);
   EXPECT_NEAR(r["accuracy"]["mean"], 0.0125, 1e-9);
   EXPECT_NEAR(r["accuracy"]["p90"], 0.0125, 1e-9);
   EXPECT_DOUBLE_EQ(r["thresholds"]["0.01"]["precision"], 0);
@@ -178,9 +189,9 @@ TEST(Cloud, PointsOffAPlaneHaveTheOffsetAsAccuracy) {
 TEST(Cloud, HalfOfASurfaceHasHalfOfTheRecall) {
   const Truth truth(SquareMesh(1, 0), {});
   EvaluateOptions options;
+  options.unit = 1;
   options.cap = 0.1;
   const json r = EvaluatePoints(Grid(-1, 0, 1, 0.01, 0), truth, options);
-  EXPECT_DOUBLE_EQ(r["unit"], 1);  // radius sqrt(2), rounded
   EXPECT_NEAR(r["thresholds"]["0.01"]["recall"], 0.505, 0.006);
   EXPECT_DOUBLE_EQ(r["thresholds"]["0.01"]["precision"], 1);
   EXPECT_NEAR(r["thresholds"]["0.01"]["F"], 2 * 0.505 / 1.505, 0.006);
@@ -233,9 +244,10 @@ TEST(Cloud, NothingLeftToCompareIsAnError) {
 
 class MapErrors : public ::testing::Test {
  protected:
-  json Mean(const Similarity& truth_from_scan = {}, const EvaluateOptions& options = {}) {
+  json Mean() { return Mean({}, truth_, {}); }
+  json Mean(const Similarity& truth_from_scan, const Truth& truth, const EvaluateOptions& options) {
     Progress progress;
-    return EvaluateMaps(workspace_, truth_from_scan, truth_, options, progress).at("mean");
+    return EvaluateMaps(workspace_, truth_from_scan, truth, options, progress).at("mean");
   }
 
   TemporaryFolder folder_;
@@ -290,10 +302,9 @@ TEST_F(MapErrors, DoNotChangeWithTheFrameOfTheScan) {
     mesh.vertices[i] = truth_from_scan * mesh.vertices[i];
     mesh.normals[i] = truth_from_scan.rotation * mesh.normals[i];
   }
-  truth_ = Truth(mesh, {});
   EvaluateOptions options;
   options.unit = truth_from_scan.scale;
-  const json after = Mean(truth_from_scan, options);
+  const json after = Mean(truth_from_scan, Truth(mesh, {}), options);
   EXPECT_NEAR(after["depth"]["mean"], 2.5 * before["depth"]["mean"].get<double>(), 1e-6);
   EXPECT_NEAR(after["normal_degrees"]["mean"], before["normal_degrees"]["mean"], 1e-4);
   EXPECT_NEAR(after["completeness"], before["completeness"], 1e-9);

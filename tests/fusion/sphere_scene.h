@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <fmt/format.h>
 #include <unistd.h>
+
 #include <Eigen/Geometry>
 #include <cmath>
 #include <filesystem>
@@ -52,7 +54,7 @@ inline Workspace SphereWorkspace(const std::filesystem::path& folder, int count)
     const double angle = i * 20 * std::numbers::pi / 180;
     const Eigen::Vector3d centre(4 * std::sin(angle), i % 2 ? 1 : -0.3, 4 * std::cos(angle));
     DenseView view{
-        "v" + std::to_string(100 + i), {160, 120, 200, 210, 81.5, 58}, LookAtOrigin(centre), 2.5, 6, {}};
+        fmt::format("v{}", 100 + i), {160, 120, 200, 210, 81.5, 58}, LookAtOrigin(centre), 2.5, 6, {}};
     for (int j = 0; j < count; ++j)
       if (j != i) view.sources.push_back(j);
     workspace.views.push_back(view);
