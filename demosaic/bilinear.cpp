@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "demosaic/bilinear.h"
 
+#include <algorithm>
+
 #include "core/error.h"
 #include "core/parallel.h"
 
@@ -32,19 +34,32 @@ struct Rows {
   const float *above, *here, *below;
 };
 
-float MeanAt(Nearest nearest, const Rows& rows, Pair column, int x) {
-  const int l = column.before, r = column.after;
+// out[x] = f(x) for the pixels of a row that have this column parity; phases change every `step` pixels.
+template <class F>
+void SetColumns(int parity, int step, int width, float* out, F&& f) {
+  for (int first = parity * step; first < width; first += 2 * step)
+    for (int x = first; x < std::min(first + step, width); ++x) out[x] = f(x);
+}
+
+void FillColumns(Nearest nearest, int parity, int step, int width, const Rows& rows, float* out) {
+  const auto [above, here, below] = rows;
+  const auto set = [&](auto&& f) { SetColumns(parity, step, width, out, f); };
+  const auto pair = [&](int x) { return Neighbours(x, step, width); };
   switch (nearest) {
+    case Nearest::kSelf:
+      return set([&](int x) { return here[x]; });
     case Nearest::kRow:
-      return 0.5f * (rows.here[l] + rows.here[r]);
+      return set([&](int x) { return 0.5f * (here[pair(x).before] + here[pair(x).after]); });
     case Nearest::kColumn:
-      return 0.5f * (rows.above[x] + rows.below[x]);
+      return set([&](int x) { return 0.5f * (above[x] + below[x]); });
     case Nearest::kCross:
-      return 0.25f * (rows.here[l] + rows.here[r] + rows.above[x] + rows.below[x]);
+      return set(
+          [&](int x) { return 0.25f * (here[pair(x).before] + here[pair(x).after] + above[x] + below[x]); });
     case Nearest::kDiagonal:
-      return 0.25f * (rows.above[l] + rows.above[r] + rows.below[l] + rows.below[r]);
-    default:
-      return rows.here[x];
+      return set([&](int x) {
+        const auto [left, right] = pair(x);
+        return 0.25f * (above[left] + above[right] + below[left] + below[right]);
+      });
   }
 }
 
@@ -56,10 +71,9 @@ Image<float> Fill(const Image<float>& samples, const Sites& wanted, int step) {
     const Pair row = Neighbours(y, step, height);
     const Rows rows = {samples.row(row.before), samples.row(y), samples.row(row.after)};
     const std::size_t first = std::size_t(2 * ((y / step) & 1));
-    const Nearest nearest[2] = {NearestSites(wanted, first), NearestSites(wanted, first + 1)};
-    float* out = filled.row(y);
-    for (int x = 0; x < width; ++x)
-      out[x] = MeanAt(nearest[(x / step) & 1], rows, Neighbours(x, step, width), x);
+    for (int parity = 0; parity < 2; ++parity)
+      FillColumns(NearestSites(wanted, first + std::size_t(parity)), parity, step, width, rows,
+                  filled.row(y));
   });
   return filled;
 }
