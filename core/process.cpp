@@ -7,6 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
@@ -20,7 +21,7 @@ namespace polarscan {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr auto kPoll = std::chrono::milliseconds(20);
+constexpr std::chrono::milliseconds kPoll{20};           // at most; quick programs are asked sooner
 constexpr auto kGrace = std::chrono::milliseconds(400);  // between the polite signal and the other one
 
 struct Descriptor {
@@ -129,6 +130,7 @@ ProcessResult RunProcess(const std::vector<std::string>& argv, const std::filesy
 
   const pid_t pid = Start(argv, file, output.fd);
   const auto start = Clock::now();
+  auto pause = std::chrono::milliseconds(1);
   try {
     while (!Ended(pid)) {
       if (timeout_s > 0 && std::chrono::duration<double>(Clock::now() - start).count() > timeout_s) {
@@ -136,7 +138,8 @@ ProcessResult RunProcess(const std::vector<std::string>& argv, const std::filesy
       }
       progress.Check();
       if (on_poll) on_poll();
-      std::this_thread::sleep_for(kPoll);
+      std::this_thread::sleep_for(pause);
+      pause = std::min(2 * pause, kPoll);
     }
   } catch (...) {
     KillGroup(pid);

@@ -14,6 +14,8 @@ namespace polarscan {
 namespace {
 
 constexpr double kHalfPixel = 0.5;
+constexpr std::size_t kFewPoints = 50;
+constexpr int kGrid = 5;  // stand-in points a side of the picture
 
 ColmapCamera ExportCamera(std::uint32_t id, const Pinhole& c) {
   return {id, "PINHOLE", c.width, c.height, {c.fx, c.fy, c.cx - kHalfPixel, c.cy - kHalfPixel}};
@@ -26,6 +28,43 @@ void MoveObservations(ColmapImage& image, const Lens& lens, const Pinhole& camer
     const Eigen::Vector2d ray = lens.Undistort({(o.x - old.cx) / old.fx, (o.y - old.cy) / old.fy});
     o.x = camera.fx * ray.x() + camera.cx - kHalfPixel;
     o.y = camera.fy * ray.y() + camera.cy - kHalfPixel;
+  }
+}
+
+// Adds a point that view 0 of `seers` has at the end of a ray, and all others that have it in their picture.
+void AddStandIn(const Workspace& workspace, const std::vector<int>& seers, const Eigen::Vector3d& point,
+                const std::map<std::string, std::uint32_t>& ids, SparseModel& sparse) {
+  ColmapPoint stand_in{point, {}, 0, {}};
+  const std::uint64_t id = sparse.points.empty() ? 1 : sparse.points.rbegin()->first + 1;
+  for (const int seer : seers) {
+    const DenseView& view = workspace.views[std::size_t(seer)];
+    const Eigen::Vector3d local = view.cam_from_world * point;
+    if (local.z() <= 0) continue;
+    const Eigen::Vector2d pixel = view.camera.Project(local);
+    if (pixel.x() < 0 || pixel.y() < 0 || pixel.x() > view.camera.width || pixel.y() > view.camera.height)
+      continue;
+    ColmapImage& image = sparse.images.at(ids.at(view.name));
+    stand_in.track.push_back({image.id, std::uint32_t(image.observations.size())});
+    image.observations.push_back({pixel.x() - kHalfPixel, pixel.y() - kHalfPixel, std::int64_t(id)});
+  }
+  sparse.points[id] = std::move(stand_in);
+}
+
+void AddStandIns(const Workspace& workspace, SparseModel& sparse) {
+  std::map<std::string, std::uint32_t> ids;
+  for (const auto& [id, image] : sparse.images) ids[std::filesystem::path(image.name).stem().string()] = id;
+  for (std::size_t i = 0; i < workspace.views.size(); ++i) {
+    const DenseView& view = workspace.views[i];
+    std::vector<int> seers = {int(i)};
+    seers.insert(seers.end(), view.sources.begin(), view.sources.end());
+    const Rigid world_from_cam = view.cam_from_world.Inverse();
+    for (int k = 0; k < kGrid * kGrid; ++k) {
+      const double u = (k % kGrid + 0.5) * view.camera.width / kGrid,
+                   v = (k / kGrid + 0.5) * view.camera.height / kGrid;
+      const double depth = k % 2 ? view.depth_min : view.depth_max;
+      AddStandIn(workspace, seers, world_from_cam * Eigen::Vector3d(view.camera.Ray(u, v) * depth), ids,
+                 sparse);
+    }
   }
 }
 
@@ -72,6 +111,7 @@ SparseModel ColmapSparse(const Workspace& workspace, const SparseModel& model) {
   for (auto& [id, image] : sparse.images)
     for (ColmapImage::Observation& o : image.observations)
       if (o.point_id >= 0 && !sparse.points.contains(std::uint64_t(o.point_id))) o.point_id = -1;
+  if (sparse.points.size() < kFewPoints) AddStandIns(workspace, sparse);
   return sparse;
 }
 

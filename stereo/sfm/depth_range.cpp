@@ -10,10 +10,10 @@ namespace polarscan {
 namespace {
 
 constexpr std::size_t kEnoughPoints = 30;
-constexpr int kRays = 24, kDepths = 256;  // samples of the hull: rays a side of the mask's box, depths a ray
+constexpr int kRays = 40, kDepths = 200;  // samples of the hull: rays a side of the mask's box, depths a ray
 constexpr int kJudges = 36;               // other masks that are asked
 constexpr double kInside = 0.9;           // share of them that must agree
-constexpr double kMargin = 0.1;           // of the hull's extent, added to both ends
+constexpr double kMargin = 0.15;          // of the hull's extent, added to both ends
 
 DepthRange Percentiles(std::vector<double>& depths, double low, double high) {
   std::ranges::sort(depths);
@@ -33,7 +33,8 @@ std::vector<int> Judges(const std::vector<CoarseMask>& masks, int index) {
 
 bool IsInHull(const Eigen::Vector3d& point, const std::vector<DenseView>& views,
               const std::vector<CoarseMask>& masks, const std::vector<int>& judges) {
-  int asked = 0, inside = 0;
+  int asked = 0, outside = 0;
+  const double most_outside = (1 - kInside) * double(judges.size());
   for (const int judge : judges) {
     const DenseView& view = views[std::size_t(judge)];
     const CoarseMask& mask = masks[std::size_t(judge)];
@@ -43,9 +44,10 @@ bool IsInHull(const Eigen::Vector3d& point, const std::vector<DenseView>& views,
     if (pixel.x() < 0 || pixel.y() < 0 || pixel.x() >= view.camera.width || pixel.y() >= view.camera.height)
       continue;
     ++asked;
-    inside += mask.cells(int(pixel.x()) / mask.factor, int(pixel.y()) / mask.factor) != 0;
+    outside += mask.cells(int(pixel.x()) / mask.factor, int(pixel.y()) / mask.factor) == 0;
+    if (outside > most_outside) return false;
   }
-  return asked >= 2 && inside >= kInside * asked;
+  return asked >= 2 && outside <= (1 - kInside) * asked;
 }
 
 // Centres of the set cells on a grid of about kRays x kRays over the mask's box, in pixels.

@@ -77,6 +77,8 @@ std::vector<double> ScoreByPoses(const std::vector<DenseView>& views, std::size_
     if (i == reference) continue;
     const double angle_score = AngleScore(AngleAt(place, view, views[i]));
     if (angle_score > 0) scores[i] = angle_score * Overlap(view, views[i], depth);
+    scores[i] =
+        std::round(scores[i] * 1e9) / 1e9;  // equal by symmetry is equal, whatever the last digits say
   }
   return scores;
 }

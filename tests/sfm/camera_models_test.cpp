@@ -44,14 +44,18 @@ TEST(CameraModels, DistortionNeverTurnsTheFrameOfAngles) {
   const Lens lens = ToLens({1, "OPENCV", 640, 480, {500, 510, 320, 240, -0.2, 0.05, 0.02, -0.03}});
   const double h = 1e-6;
   for (const Eigen::Vector2d& p : {Eigen::Vector2d(0.4, 0.1), Eigen::Vector2d(-0.3, 0.35)}) {
-    const Eigen::Vector2d dx = (lens.Distort(p + Eigen::Vector2d(h, 0)) - lens.Distort(p - Eigen::Vector2d(h, 0))) / (2 * h);
-    const Eigen::Vector2d dy = (lens.Distort(p + Eigen::Vector2d(0, h)) - lens.Distort(p - Eigen::Vector2d(0, h))) / (2 * h);
+    const Eigen::Vector2d dx =
+        (lens.Distort(p + Eigen::Vector2d(h, 0)) - lens.Distort(p - Eigen::Vector2d(h, 0))) / (2 * h);
+    const Eigen::Vector2d dy =
+        (lens.Distort(p + Eigen::Vector2d(0, h)) - lens.Distort(p - Eigen::Vector2d(0, h))) / (2 * h);
     EXPECT_NEAR(dx.y(), dy.x(), 1e-9);  // symmetric Jacobian: no rotation
   }
 }
 
 TEST(CameraModels, UnsupportedLensesAreNamed) {
-  const std::string message = ErrorOf([] { ToLens({1, "OPENCV_FISHEYE", 640, 480, std::vector<double>(8, 1.0)}); });
+  const std::string message = ErrorOf([] {
+    ToLens({1, "OPENCV_FISHEYE", 640, 480, std::vector<double>(8, 1.0)});
+  });
   EXPECT_NE(message.find("OPENCV_FISHEYE"), std::string::npos);
   EXPECT_THROW(ToLens({1, "PINHOLE", 640, 480, {500, 500, 320}}), Error);
   EXPECT_THROW(ToLens({1, "PINHOLE", 640, 480, {500, -500, 320, 240}}), Error);

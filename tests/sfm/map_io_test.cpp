@@ -42,9 +42,9 @@ TEST_F(MapIo, NormalMapIsStoredPlaneByPlane) {
 TEST_F(MapIo, DamagedMapsAreRefusedByName) {
   const std::string payload(24, '\0');
   for (const std::string& bytes :
-       {std::string(), std::string("3&2&1"), "3&2&1&" + payload.substr(1), "3&2&1&" + payload + "x", "3&2&2&" + payload,
-        "0&2&1&" + payload, "-3&2&1&" + payload, "3&2x&1&" + payload, "65536&65536&1&" + payload,
-        "999999999999999999999&1&1&" + payload, std::string("\x89PNG")}) {
+       {std::string(), std::string("3&2&1"), "3&2&1&" + payload.substr(1), "3&2&1&" + payload + "x",
+        "3&2&2&" + payload, "0&2&1&" + payload, "-3&2&1&" + payload, "3&2x&1&" + payload,
+        "65536&65536&1&" + payload, "999999999999999999999&1&1&" + payload, std::string("\x89PNG")}) {
     WriteFileAtomically(folder / "bad.bin", bytes);
     EXPECT_NE(ErrorOf([&] { ReadDepthMap(folder / "bad.bin"); }).find("bad.bin"), std::string::npos) << bytes;
   }

@@ -12,8 +12,8 @@ class SparseModelFiles : public FolderTest {
   void Convert(const std::string& from, const std::string& to, const std::string& type) {
     CreateFolder(folder / to);
     Progress progress;
-    const auto result = RunProcess({"colmap", "model_converter", "--input_path", folder / from, "--output_path", folder / to,
-                                    "--output_type", type},
+    const auto result = RunProcess({"colmap", "model_converter", "--input_path", folder / from,
+                                    "--output_path", folder / to, "--output_type", type},
                                    folder / "log", progress, 60);
     ASSERT_EQ(result.exit_code, 0) << ReadFile(folder / "log");
   }
@@ -23,7 +23,7 @@ SparseModel Example() {
   SparseModel model = ModelOf(Ring(4));
   model.cameras[7] = {7, "OPENCV", 640, 480, {500.25, 501, 320.5, 239, -0.1, 0.02, 0.001, -0.002}};
   model.images[12].camera_id = 7;
-  model.images[12].name = "some folder/b.png";
+  model.images[12].name = "folder/b.png";
   model.images[11].observations = {{10.5, 20.25, -1}, {30, 40, 5}};
   model.images[12].observations = {{11, 21, 5}};
   model.images[14].observations = {{1.0 / 3, 2.0 / 3, 900}, {7, 8, 5}};
@@ -82,7 +82,8 @@ TEST_F(SparseModelFiles, ColmapReadsOurBinaryAndWeReadItsText) {
   WriteSparseModelBinary(folder / "ours", Example());
   Convert("ours", "theirs", "TXT");
   ASSERT_FALSE(std::filesystem::exists(folder / "theirs/cameras.bin"));
-  ExpectEqual(Example(), ReadSparseModel(folder / "theirs"), 1e-4);  // COLMAP keeps few digits of observations
+  ExpectEqual(Example(), ReadSparseModel(folder / "theirs"),
+              1e-4);  // COLMAP keeps few digits of observations
 }
 
 TEST_F(SparseModelFiles, ColmapReadsOurTextAndWeReadItsBinary) {

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fake_colmap.h"
+
+#include <fmt/format.h>
+#include <sqlite3.h>
+
+namespace polarscan {
+namespace {
+
+constexpr const char* kProgram =
+    "#!/bin/sh\n"
+    "cd \"$(dirname \"$0\")\"\n"
+    "command=$1; shift\n"
+    "if [ \"$command\" = help ]; then echo \"COLMAP RELEASE -- Structure-from-Motion and Multi-View "
+    "Stereo\"; exit 0; fi\n"
+    "if [ \"$1\" = -h ]; then cat options; exit 0; fi\n"
+    "echo \"$command $*\" >> calls\n"
+    "while [ $# -gt 1 ]; do\n"
+    "  case $1 in --database_path) database=$2;; --output_path) output=$2;; esac\n"
+    "  shift 2\n"
+    "done\n"
+    "if [ -f $command.sh ]; then . ./$command.sh; fi\n";
+
+constexpr const char* kCommon[] = {"database_path",
+                                   "image_path",
+                                   "image_list_path",
+                                   "output_path",
+                                   "input_path",
+                                   "ImageReader.camera_model",
+                                   "ImageReader.single_camera",
+                                   "ImageReader.camera_params",
+                                   "SiftExtraction.max_num_features",
+                                   "SequentialMatching.overlap"};
+constexpr const char* k38[] = {"random_seed",
+                               "SiftExtraction.use_gpu",
+                               "SiftExtraction.num_threads",
+                               "SiftMatching.use_gpu",
+                               "SiftMatching.num_threads",
+                               "Mapper.ba_global_use_pba",
+                               "SiftExtraction.max_image_size"};
+constexpr const char* k40[] = {"Mapper.random_seed",
+                               "FeatureExtraction.use_gpu",
+                               "FeatureExtraction.num_threads",
+                               "FeatureMatching.use_gpu",
+                               "FeatureMatching.num_threads",
+                               "Mapper.ba_use_gpu",
+                               "FeatureExtraction.max_image_size"};
+
+std::string Help(const std::string& release) {
+  std::string text =
+      "Options can either be specified via command-line or a file passed to `--project_path`.\n";
+  for (const char* name : kCommon) text += fmt::format("  --{} arg (=0)\n", name);
+  for (const char* name : release == "3.8" ? k38 : k40) text += fmt::format("  --{} arg (=1)\n", name);
+  return text;
+}  // namespace
+
+}  // namespace
+
+FakeColmap::FakeColmap(const std::filesystem::path& folder, const std::string& release) : folder_(folder) {
+  std::string program = kProgram;
+  program.replace(program.find("RELEASE"), 7, release);
+  WriteFileAtomically(folder / "colmap", program);
+  std::filesystem::permissions(folder / "colmap", std::filesystem::perms::owner_all);
+  WriteFileAtomically(folder / "options", Help(release));
+}
+
+void FakeColmap::ExtractorWrites(const std::vector<std::string>& names, int keypoints, int matched) {
+  std::string sql =
+      "CREATE TABLE images (image_id INTEGER, name TEXT, camera_id INTEGER);"
+      "CREATE TABLE keypoints (image_id INTEGER, rows INTEGER);"
+      "CREATE TABLE two_view_geometries (pair_id INTEGER, rows INTEGER);";
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    sql += fmt::format("INSERT INTO images VALUES ({}, '{}', 1);", i + 1, names[i]);
+    sql += fmt::format("INSERT INTO keypoints VALUES ({}, {});", i + 1, keypoints);
+    if (int(i) + 1 < matched)
+      sql += fmt::format("INSERT INTO two_view_geometries VALUES ({}, 50);", (i + 1) * 2147483647 + i + 2);
+  }
+  const auto path = folder_ / "prepared.db";
+  std::filesystem::remove(path);
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);
+  EXPECT_EQ(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
+  sqlite3_close(database);
+  On("feature_extractor", "[ -f $database ] || cp prepared.db $database");
+}
+
+void FakeColmap::MapperWrites(const std::vector<SparseModel>& models) {
+  std::filesystem::remove_all(folder_ / "models");
+  for (std::size_t i = 0; i < models.size(); ++i)
+    WriteSparseModelBinary(folder_ / "models" / std::to_string(i), models[i]);
+  CreateFolder(folder_ / "models");
+  On("mapper", "cp -r models/. $output");
+}
+
+}  // namespace polarscan

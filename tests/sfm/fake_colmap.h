@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <string>
+#include <vector>
+
+#include "helpers.h"
+
+namespace polarscan {
+
+// A `colmap` made of shell, in a folder of its own, that does what a test wants of each command. Calls are
+// logged.
+class FakeColmap {
+ public:
+  // `release`: "3.8" or "4.0", whose names of options it knows.
+  FakeColmap(const std::filesystem::path& folder, const std::string& release);
+
+  std::string program() const { return folder_ / "colmap"; }
+  std::string calls() const {
+    return std::filesystem::exists(folder_ / "calls") ? ReadFile(folder_ / "calls") : "";
+  }
+  // What a command does: lines of shell; $database and $output are set.
+  void On(const std::string& command, const std::string& script) {
+    WriteFileAtomically(folder_ / (command + ".sh"), script + "\n");
+  }
+  // feature_extractor leaves a database with these pictures; the first `matched` of them match their
+  // neighbours.
+  void ExtractorWrites(const std::vector<std::string>& names, int keypoints, int matched);
+  // mapper leaves these models in 0, 1, ...
+  void MapperWrites(const std::vector<SparseModel>& models);
+
+ private:
+  std::filesystem::path folder_;
+};
+
+}  // namespace polarscan

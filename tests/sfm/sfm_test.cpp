@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/sfm/sfm.h"
+
+#include <chrono>
+#include <thread>
+
+#include "fake_colmap.h"
+#include "stereo/sfm/colmap.h"
+
+namespace polarscan {
+namespace {
+
+constexpr int kViews = 10;
+
+// Ten views, and a COLMAP that places them all unless a test wants otherwise.
+class Sfm : public FolderTest {
+ protected:
+  void SetUp() override {
+    FolderTest::SetUp();
+    WriteViews(folder / "views", views);
+    options.colmap = colmap().program();
+    for (const DenseView& view : views) names.push_back(view.name + ".png");
+    colmap().ExtractorWrites(names, 1000, kViews);
+    colmap().MapperWrites({Registered(0, kViews)});
+  }
+  FakeColmap& colmap() {
+    if (!colmap_) colmap_ = std::make_unique<FakeColmap>(folder / "fake", "3.8");
+    return *colmap_;
+  }
+  // A model of the views begin .. end-1.
+  SparseModel Registered(int begin, int end) const {
+    return ModelOf({views.begin() + begin, views.begin() + end});
+  }
+  SparseModel Run() { return EstimatePoses(folder / "views", folder / "sfm", known, options, progress); }
+  std::string RunError() {
+    return ErrorOf([this] { Run(); });
+  }
+
+  std::vector<DenseView> views = Ring(kViews);
+  std::vector<std::string> names;
+  std::optional<std::filesystem::path> known;
+  SfmOptions options;
+  Listener progress;
+
+ private:
+  std::unique_ptr<FakeColmap> colmap_;
+};
+
+bool Contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST_F(Sfm, PlacesViewsAndKeepsTheResult) {
+  EXPECT_EQ(Run().images.size(), 10u);
+  EXPECT_TRUE(progress.warnings.empty());
+  EXPECT_TRUE(Contains(colmap().calls(), "exhaustive_matcher"));
+  EXPECT_EQ(ReadSparseModel(folder / "sfm/model").images.size(), 10u);
+  EXPECT_TRUE(Contains(ReadFile(folder / "sfm/colmap.log"), "feature_extractor --database_path"));
+}
+
+TEST_F(Sfm, AValidResultIsTakenWithoutRunningAnything) {
+  Run();
+  const std::string calls = colmap().calls();
+  options.colmap = "no-such-colmap";  // must not even be looked for
+  options.colmap = colmap().program();
+  EXPECT_EQ(Run().images.size(), 10u);
+  EXPECT_EQ(colmap().calls(), calls);
+  options.max_features = 500;
+  Run();
+  EXPECT_NE(colmap().calls(), calls) << "other options: made again";
+}
+
+TEST_F(Sfm, ADamagedResultIsMadeAgain) {
+  Run();
+  WriteFileAtomically(folder / "sfm/model/images.bin", "xyz");
+  EXPECT_EQ(Run().images.size(), 10u);
+  EXPECT_EQ(ReadSparseModel(folder / "sfm/model").images.size(), 10u);
+}
+
+TEST_F(Sfm, ChangedPicturesAreNoticed) {
+  Run();
+  const std::string calls = colmap().calls();
+  WritePng(folder / "views/003.png", Image<std::uint8_t>(120, 100, 7));
+  Run();
+  EXPECT_NE(colmap().calls(), calls);
+}
+
+TEST_F(Sfm, GraphicsCardsAreSwitchedOffInTheWordsOfEachRelease) {
+  Run();
+  EXPECT_TRUE(Contains(colmap().calls(), "--SiftExtraction.use_gpu 0"));
+  EXPECT_TRUE(Contains(colmap().calls(), "--SiftMatching.use_gpu 0"));
+  EXPECT_TRUE(Contains(colmap().calls(), "--Mapper.ba_global_use_pba 0"));
+  FakeColmap newer(folder / "newer", "4.0");
+  newer.ExtractorWrites(names, 1000, kViews);
+  newer.MapperWrites({Registered(0, kViews)});
+  options.colmap = newer.program();
+  Run();
+  EXPECT_TRUE(Contains(newer.calls(), "--FeatureExtraction.use_gpu 0"));
+  EXPECT_TRUE(Contains(newer.calls(), "--FeatureMatching.use_gpu 0"));
+  EXPECT_TRUE(Contains(newer.calls(), "--Mapper.ba_use_gpu 0"));
+  EXPECT_FALSE(Contains(newer.calls(), "SiftMatching"));
+  EXPECT_FALSE(Contains(newer.calls(), "--random_seed"));
+}
+
+TEST_F(Sfm, AMissingColmapComesWithTheCommandThatInstallsIt) {
+  options.colmap = "no-such-colmap-here";
+  EXPECT_TRUE(Contains(RunError(), "sudo apt install colmap"));
+  options.colmap = "/bin/true";
+  EXPECT_TRUE(Contains(RunError(), "does not say that it is COLMAP"));
+}
+
+TEST_F(Sfm, ExitCodeZeroWithAnEmptyDatabaseIsAnError) {
+  colmap().ExtractorWrites({}, 0, 0);
+  const std::string message = RunError();
+  EXPECT_TRUE(Contains(message, "did not read 10 of 10 pictures")) << message;
+}
+
+TEST_F(Sfm, PicturesThatColmapSkippedAreNamed) {
+  std::vector<std::string> some = names;
+  some.erase(some.begin() + 4);
+  colmap().ExtractorWrites(some, 1000, 9);
+  EXPECT_TRUE(Contains(RunError(), "(004.png)"));
+}
+
+TEST_F(Sfm, NoDatabaseAtAllQuotesColmapsComplaint) {
+  colmap().On("feature_extractor", "echo 'ERROR: unrecognised option --x'; exit 1");
+  EXPECT_TRUE(Contains(RunError(), "unrecognised option --x"));
+}
+
+TEST_F(Sfm, PicturesWithoutFeaturesAreAnErrorWithACure) {
+  colmap().ExtractorWrites(names, 0, 0);
+  EXPECT_TRUE(Contains(RunError(), "no feature in any picture"));
+}
+
+TEST_F(Sfm, PicturesWithoutMatchesAreAnErrorWithACure) {
+  colmap().ExtractorWrites(names, 1000, 0);
+  EXPECT_TRUE(Contains(RunError(), "no two pictures that match"));
+}
+
+TEST_F(Sfm, NoModelNamesTheCauses) {
+  colmap().On("mapper", "exit 1");
+  const std::string message = RunError();
+  EXPECT_TRUE(Contains(message, "only 0 of 10 views could be placed")) << message;
+  EXPECT_TRUE(Contains(message, "overlap"));
+}
+
+TEST_F(Sfm, TheLargestOfSeveralModelsIsTaken) {
+  SparseModel with_points = Registered(1, 10);
+  for (auto& [id, image] : with_points.images) image.observations.resize(1);
+  with_points.points[4] = {{0, 0, 0}, {}, 0.4, {{11, 0}, {12, 0}}};
+  colmap().MapperWrites({Registered(0, 3), Registered(1, 10), with_points, Registered(5, 10)});
+  const SparseModel model = Run();
+  EXPECT_EQ(model.images.size(), 9u);
+  EXPECT_EQ(model.points.size(), 1u);
+  EXPECT_TRUE(progress.Heard("1 of 10 views could not be placed"));
+}
+
+TEST_F(Sfm, ADamagedModelIsSkipped) {
+  colmap().MapperWrites({Registered(0, 10), Registered(0, 9)});
+  const std::string bytes = ReadFile(folder / "fake/models/0/images.bin");
+  WriteFileAtomically(folder / "fake/models/0/images.bin", bytes.substr(0, bytes.size() - 10));
+  EXPECT_EQ(Run().images.size(), 9u);
+  EXPECT_TRUE(progress.Heard("a model is skipped"));
+}
+
+TEST_F(Sfm, TooFewPlacedViewsAreAnErrorAndSomeAreAWarning) {
+  colmap().MapperWrites({Registered(0, 3)});
+  colmap().ExtractorWrites(names, 1000, 6);  // 006 to 009 match nothing
+  const std::string message = RunError();
+  EXPECT_TRUE(Contains(message, "only 3 of 10 views could be placed")) << message;
+  EXPECT_TRUE(Contains(message, "no match with any other view for 006, 007, 008, 009")) << message;
+  EXPECT_TRUE(Contains(message, "too few matches for 003, 004, 005")) << message;
+  options.min_registered = 0.2;
+  EXPECT_EQ(Run().images.size(), 3u);
+  EXPECT_TRUE(progress.Heard("only 3 of 10 views"));
+}
+
+TEST_F(Sfm, LowerThresholdsAreTriedBeforeGivingUp) {
+  WriteSparseModelBinary(folder / "fake/models2/0", Registered(0, 9));
+  colmap().MapperWrites({Registered(0, 3)});
+  colmap().On("mapper",
+              "case $output in *lenient) cp -r models2/. $output;; *) cp -r models/. $output;; esac");
+  EXPECT_EQ(Run().images.size(), 9u);
+}
+
+TEST_F(Sfm, AModelOfOtherPicturesIsRefused) {
+  SparseModel model = Registered(0, 10);
+  model.images[13].name = "holiday.png";
+  colmap().MapperWrites({model});
+  EXPECT_TRUE(Contains(RunError(), "holiday.png"));
+}
+
+TEST_F(Sfm, DoubtfulPosesAreSaid) {
+  SparseModel model = Registered(0, 10);
+  model.cameras[3].params = {150, 110, 60, 50};
+  for (auto& [id, image] : model.images) image.observations.resize(1);
+  model.points[4] = {{0, 0, 0}, {}, 2.5, {{11, 0}, {12, 0}}};
+  colmap().MapperWrites({model});
+  Run();
+  EXPECT_TRUE(progress.Heard("focal lengths 150 and 110 px"));
+  EXPECT_TRUE(progress.Heard("2.5 px"));
+}
+
+TEST_F(Sfm, AHangingColmapStopsWithinASecond) {
+  colmap().On("mapper", "touch hanging; sleep 60");
+  std::chrono::steady_clock::time_point start;
+  std::thread user([&] {
+    while (!std::filesystem::exists(folder / "fake/hanging"))
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    start = std::chrono::steady_clock::now();
+    progress.Cancel();
+  });
+  EXPECT_THROW(Run(), Cancelled);
+  user.join();
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(1));
+}
+
+TEST_F(Sfm, AfterAStopTheDatabaseIsGoneOnWith) {
+  colmap().On("mapper", "exit 1");
+  RunError();
+  const auto written = std::filesystem::last_write_time(folder / "sfm/database.db");
+  colmap().MapperWrites({Registered(0, 10)});
+  Run();
+  EXPECT_EQ(std::filesystem::last_write_time(folder / "sfm/database.db"), written);
+  std::filesystem::remove_all(folder / "sfm/model");
+  WriteFileAtomically(folder / "sfm/database.db", "power cut");
+  EXPECT_EQ(Run().images.size(), 10u) << "a damaged one is replaced";
+}
+
+TEST_F(Sfm, PicturesOfSeveralSizesGetACameraEach) {
+  WritePng(folder / "views/003.png", Image<std::uint8_t>(100, 120, 7));
+  Run();
+  EXPECT_TRUE(progress.Heard("different sizes"));
+  EXPECT_TRUE(Contains(colmap().calls(), "--ImageReader.single_camera 0"));
+}
+
+TEST_F(Sfm, AKnownFocalLengthGoesToColmap) {
+  options.focal_px = 150;
+  Run();
+  EXPECT_TRUE(Contains(colmap().calls(), "--ImageReader.camera_params 150,60,50,0"));
+}
+
+TEST_F(Sfm, ADamagedPictureIsNamedBeforeColmapRuns) {
+  const std::string bytes = ReadFile(folder / "views/005.png");
+  WriteFileAtomically(folder / "views/005.png", bytes.substr(0, bytes.size() / 2));
+  EXPECT_TRUE(Contains(RunError(), "005.png"));
+  EXPECT_EQ(colmap().calls(), "");
+}
+
+TEST_F(Sfm, OneViewIsNotEnough) {
+  for (int i = 1; i < kViews; ++i)
+    std::filesystem::remove(folder / "views" / (views[std::size_t(i)].name + ".tif"));
+  EXPECT_TRUE(Contains(RunError(), "at least 2"));
+}
+
+TEST_F(Sfm, KnownPosesMatchByStemAndNeedNoColmap) {
+  options.colmap = "no-such-colmap-here";
+  SparseModel given = ModelOf(views, ".jpg");
+  given.images[13].name = "left/002.tiff";
+  given.images[99] = {99, 3, {}, "unused.jpg", {}};
+  WriteSparseModelText(folder / "given", given);
+  known = folder / "given";
+  const SparseModel model = Run();
+  ASSERT_EQ(model.images.size(), 10u);
+  EXPECT_EQ(model.images.at(13).name, "002.png");
+  EXPECT_LT((model.images.at(13).cam_from_world.rotation - views[2].cam_from_world.rotation).norm(), 1e-9);
+}
+
+TEST_F(Sfm, KnownPosesOfOtherPicturesGiveExamplesOfBothNames) {
+  SparseModel given = Registered(0, 2);
+  given.images[11].name = "IMG_7.jpg";
+  given.images[12].name = "IMG_8.jpg";
+  WriteSparseModelText(folder / "given", given);
+  known = folder / "given";
+  const std::string message = RunError();
+  EXPECT_TRUE(Contains(message, "IMG_7.jpg, IMG_8.jpg")) << message;
+  EXPECT_TRUE(Contains(message, "000, 001, 002 and 7 more")) << message;
+}
+
+TEST_F(Sfm, KnownPosesScaleToThePicturesSize) {
+  SparseModel given = ModelOf(views);
+  given.cameras[3] = {3, "PINHOLE", 240, 200, {300, 300, 120, 100}};
+  WriteSparseModelText(folder / "given", given);
+  known = folder / "given";
+  EXPECT_EQ(Run().cameras.at(3).params, (std::vector<double>{150, 150, 60, 50}));
+  given.cameras[3].width = 300;
+  WriteSparseModelText(folder / "given", given);
+  EXPECT_TRUE(Contains(RunError(), "300 x 200"));
+}
+
+TEST_F(Sfm, MissingKnownPosesAreWarnedOf) {
+  WriteSparseModelText(folder / "given", Registered(0, 7));
+  known = folder / "given";
+  EXPECT_EQ(Run().images.size(), 7u);
+  EXPECT_TRUE(progress.Heard("7 of 10 views"));
+}
+
+TEST_F(Sfm, RealColmapFindsNothingOnBlankPictures) {
+  if (!HasColmap()) GTEST_SKIP() << "COLMAP is not installed";
+  for (const std::string& name : names) WritePng(folder / "views" / name, Image<std::uint8_t>(120, 100, 99));
+  options.colmap = "colmap";
+  EXPECT_TRUE(Contains(RunError(), "no feature in any picture"));
+}
+
+TEST(ColmapHelp, OptionNamesAreFoundInAnyLayout) {
+  const auto names = OptionNames(
+      "passed to `--project_path`.\n\n  -h [ --help ] \n  --Sift.use_gpu arg (=1)\nI0101 x.cc:1] --a_b {x, "
+      "y}");
+  EXPECT_EQ(names, (std::set<std::string>{"project_path", "help", "Sift.use_gpu", "a_b"}));
+}
+
+}  // namespace
+}  // namespace polarscan
