@@ -219,7 +219,7 @@ TEST_F(Report3d, AnotherColourChangesThePicture) {
   const Picture colour = Show(scan() / "report.html", "theme=light&colour=colour").picture;
   const Picture again = Show(scan() / "report.html", "theme=light&colour=colour").picture;
   EXPECT_LT(ShareChanged(colour, again), 0.001);
-  for (const char* layer : {"normal", "dop", "confidence"})
+  for (const char* layer : {"normal", "confidence"})
     EXPECT_GT(ShareChanged(colour,
                            Show(scan() / "report.html", std::string("theme=light&colour=") + layer).picture),
               0.02)
