@@ -17,15 +17,10 @@ struct Arguments {
   FusionOptions fusion;
 };
 
-void Say(const Input& input, Progress& progress) {
-  progress.Info(fmt::format("{} views, {}", input.views.size(), ToString(input.kind)));
-  for (const std::string& note : input.notes) progress.Info(note);
-}
-
 // The whole pipeline, one line a stage.
 void Reconstruct(const Arguments& a, Context& context) {
   const Input input = OpenInput(a.input, a.meaning);
-  Say(input, context.progress);
+  context.progress.Info(fmt::format("{} views, {}", input.views.size(), ToString(input.kind)));
   Scan scan = Scan::OpenOrCreate(a.scan, a.input, Fingerprint(a.input, a.scan), context.progress);
   RunViews(scan, input, a.demosaic);
   RunSfm(scan, input.known_model, a.sfm);

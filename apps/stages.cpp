@@ -12,8 +12,6 @@ void RunViews(Scan& scan, const Input& input, const DemosaicOptions& options) {
   DemosaicOptions effective = options;
   const Stage stage{"views", {"views"}, {{"input", Meaning(input)}, {"demosaic", ToJson(Table(effective))}}};
   scan.Run(stage, [&](Progress& progress) -> nlohmann::json {
-    if (!input.polarized())
-      progress.Warn("these are plain photos: the polarization term is neglected, stereo is photometric");
     MakeStokesViews(input, scan.views(), options, progress);
     scan.Note("views", "total", input.views.size());
     scan.Note("views", "polarized", input.polarized());

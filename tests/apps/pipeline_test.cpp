@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -41,16 +42,21 @@ TriangleMesh Ball() {
   return ball;
 }
 
-// Small pictures of a textured ball, its masks and poses; made once for all tests.
+// Pictures of a textured ball with masks and poses. The ball has radius 1.
+Outcome Simulate(const fs::path& mesh, const fs::path& folder, const std::string& rings, int width,
+                 int height) {
+  WriteMesh(mesh, Ball());
+  return RunPolarscan({"simulate", "-o", folder.string(), "--mesh", mesh.string(), "--no-table", "--texture",
+                       "strong", "--samples", "1", "--masks", "--known-poses", "--rings", rings, "--width",
+                       std::to_string(width), "--height", std::to_string(height)});
+}
+
+// Few and tiny pictures: what comes out is coarse, and each test takes seconds.
 class Pipeline : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     suite_ = std::make_unique<TemporaryFolder>();
-    WriteMesh(*suite_ / "ball.ply", Ball());
-    const Outcome outcome =
-        RunPolarscan({"simulate", "-o", Input().string(), "--mesh", (*suite_ / "ball.ply").string(),
-                      "--no-table", "--texture", "strong", "--rings", "30:6", "--width", "192", "--height",
-                      "160", "--masks", "--known-poses"});
+    const Outcome outcome = Simulate(*suite_ / "ball.ply", Input(), "30:8", 64, 56);
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   }
   static void TearDownTestSuite() { suite_.reset(); }
@@ -58,19 +64,18 @@ class Pipeline : public testing::Test {
   static fs::path Input() { return *suite_ / "input"; }
   fs::path Folder(const std::string& name) const { return folder_ / name; }
 
-  static std::vector<std::string> Command(const fs::path& scan, const std::vector<std::string>& more = {}) {
-    std::vector<std::string> arguments = {"reconstruct",
-                                          Input().string(),
-                                          "-o",
-                                          scan.string(),
-                                          "--photometric-iterations",
-                                          "2",
-                                          "--geometric-iterations",
-                                          "1",
-                                          "--sources",
-                                          "4",
-                                          "--fusion-min-views",
-                                          "2"};
+  static std::vector<std::string> Command(const fs::path& scan, const std::vector<std::string>& more = {},
+                                          const fs::path& input = Input()) {
+    std::vector<std::string> arguments = {"reconstruct", input.string(), "-o", scan.string(), "--no-filter"};
+    for (const auto& [name, value] : std::map<std::string, std::string>{{"photometric-iterations", "1"},
+                                                                        {"geometric-iterations", "1"},
+                                                                        {"window-radius", "2"},
+                                                                        {"samples", "4"},
+                                                                        {"sources", "4"},
+                                                                        {"fusion-min-views", "2"}}) {
+      if (std::find(more.begin(), more.end(), "--" + name) == more.end())
+        arguments.insert(arguments.end(), {"--" + name, value});
+    }
     arguments.insert(arguments.end(), more.begin(), more.end());
     return arguments;
   }
@@ -97,22 +102,56 @@ void ExpectSameResults(const fs::path& a, const fs::path& b) {
   }
 }
 
-TEST_F(Pipeline, MakesACloudNearTheTruthAndSaysWhatItDid) {
+TEST_F(Pipeline, SaysWhatItDidInScanJson) {
   const fs::path scan = Folder("scan");
   const Outcome outcome = RunPolarscan(Command(scan, {"--json"}));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
 
   const json state = json::parse(outcome.out);
   EXPECT_EQ(state, ReadJson(scan / "scan.json"));
-  EXPECT_EQ(state["views"]["total"], 6);
-  EXPECT_EQ(state["views"]["registered"], 6);
+  EXPECT_EQ(state["views"]["total"], 8);
+  EXPECT_EQ(state["views"]["registered"], 8);
   EXPECT_EQ(state["views"]["polarized"], true);
-  EXPECT_GT(state["cloud"]["points"], 1000);
+  EXPECT_GT(state["cloud"]["points"], 300);
   for (const char* stage : {"views", "sfm", "dense", "stereo", "fusion", "report"})
     EXPECT_EQ(state["stages"][stage]["state"], "done") << stage;
-  EXPECT_EQ(state["options"]["stereo"]["photometric-iterations"], 2);
+  EXPECT_EQ(state["options"]["stereo"]["photometric-iterations"], 1);
   EXPECT_TRUE(fs::exists(scan / "report.html"));
-  EXPECT_TRUE(fs::exists(scan / "dense/polar"));
+  EXPECT_TRUE(fs::exists(scan / "dense/polar/000.tif"));
+}
+
+// The bounds leave room around what is expected at this size, where a pixel is 0.02 wide, and are far from
+// chance: a random normal is off by 57 degrees, a random depth inside the ball by 0.3.
+TEST_F(Pipeline, MakesACloudNearTheTruth) {
+  ASSERT_EQ(Simulate(Folder("ball.ply"), Folder("input"), "30:12", 112, 96).exit_code, 0);
+  const std::vector<std::string> command = {"reconstruct",
+                                            Folder("input").string(),
+                                            "-o",
+                                            Folder("scan").string(),
+                                            "--photometric-iterations",
+                                            "2",
+                                            "--geometric-iterations",
+                                            "1",
+                                            "--window-radius",
+                                            "3",
+                                            "--samples",
+                                            "6",
+                                            "--sources",
+                                            "4",
+                                            "--fusion-min-views",
+                                            "2"};
+  const Outcome outcome = RunPolarscan(command);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+
+  const Outcome evaluation = RunPolarscan({"evaluate", Folder("scan").string(), "--truth",
+                                           (Folder("input") / "truth/mesh.ply").string(), "--json"});
+  ASSERT_EQ(evaluation.exit_code, 0) << evaluation.err;
+  const json errors = json::parse(evaluation.out);
+  EXPECT_LT(errors["cloud"]["accuracy"]["mean"], 0.02);
+  EXPECT_GT(errors["cloud"]["thresholds"]["0.02"]["precision"], 0.8);
+  EXPECT_GT(errors["cloud"]["thresholds"]["0.02"]["recall"], 0.3);
+  EXPECT_LT(errors["maps"]["mean"]["depth"]["median"], 0.02);
+  EXPECT_LT(errors["maps"]["mean"]["normal_degrees"]["median"], 25.0);
 }
 
 TEST_F(Pipeline, OneThreadAndTwoThreadsGiveTheSameBytes) {
@@ -205,13 +244,13 @@ TEST_F(Pipeline, PhotosWithoutPolarizationReconstructAndTheMessageSaysSo) {
   fs::copy(Input() / "masks", photos / "masks", fs::copy_options::recursive);
 
   const fs::path scan = Folder("scan");
-  const Outcome outcome = RunPolarscan({"reconstruct", photos.string(), "-o", scan.string(), "--input-kind",
-                                        "photos", "--photometric-iterations", "2", "--geometric-iterations",
-                                        "1", "--sources", "4", "--fusion-min-views", "2"});
+  const Outcome outcome = RunPolarscan(Command(scan, {"--input-kind", "photos"}, photos));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_NE(outcome.err.find("polarization term is neglected"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("no polarization is known, so stereo goes by the intensity alone"),
+            std::string::npos)
+      << outcome.err;
   EXPECT_EQ(ReadJson(scan / "scan.json")["views"]["polarized"], false);
-  EXPECT_GT(ReadJson(scan / "scan.json")["cloud"]["points"], 500);
+  EXPECT_GT(ReadJson(scan / "scan.json")["cloud"]["points"], 300);
 }
 
 TEST_F(Pipeline, AConfigurationFileSetsOptionsAndTheCommandLineGoesBeforeIt) {
@@ -232,7 +271,7 @@ TEST_F(Pipeline, APresetIsTakenWholeAndWhatElseIsGivenGoesOnTop) {
   const json options = ReadJson(scan / "scan.json")["options"]["stereo"];
   EXPECT_EQ(options["polarization-weight"], 4.0);
   EXPECT_EQ(options["closed-form-normals"], false);
-  EXPECT_EQ(options["photometric-iterations"], 2);  // given
+  EXPECT_EQ(options["photometric-iterations"], 1);  // given
   EXPECT_EQ(options["polarization"], false);        // given
 }
 
