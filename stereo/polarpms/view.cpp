@@ -76,13 +76,25 @@ StereoView LoadStereoView(const Workspace& workspace, int index, float gray_scal
   const StokesImage stokes = ReadStokes(workspace.StokesPath(index));
   if (stokes.s0.width() != dense.camera.width || stokes.s0.height() != dense.camera.height)
     throw Error("the Stokes view's size differs from its camera's", workspace.StokesPath(index).string());
-  StereoView view{dense.camera, dense.cam_from_world, MakeGray(stokes.s0, gray_scale), {}, {}, {}, {}};
+  StereoView view;
+  view.camera = dense.camera;
+  view.cam_from_world = dense.cam_from_world;
+  view.gray = MakeGray(stokes.s0, gray_scale);
   view.packed = Pack(view.gray);
   if (workspace.polarized && options.polarization) view.polar = MakePolarSamples(stokes, options);
   if (options.masks) view.mask = ReadViewMask(workspace, index);
   if (options.silhouettes && !view.mask.empty())
     view.silhouette = Dilate(view.mask, options.silhouette_margin_px);
+  view.whole_silhouette = !view.silhouette.empty() && KeepsClearOfBorder(view.silhouette);
   return view;
+}
+
+bool KeepsClearOfBorder(const Image<std::uint8_t>& mask) {
+  for (int x = 0; x < mask.width(); ++x)
+    if (mask(x, 0) || mask(x, mask.height() - 1)) return false;
+  for (int y = 0; y < mask.height(); ++y)
+    if (mask(0, y) || mask(mask.width() - 1, y)) return false;
+  return true;
 }
 
 Image<std::uint8_t> Dilate(const Image<std::uint8_t>& mask, double radius) {

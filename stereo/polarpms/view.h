@@ -30,6 +30,8 @@ struct StereoView {
   Image<PolarSample> polar;        // empty if the set is not polarized
   Image<std::uint8_t> mask;        // 255 = object; empty: everything
   Image<std::uint8_t> silhouette;  // the mask widened by the margin; empty: no mask
+  bool whole_silhouette =
+      false;  // it keeps clear of the border: nothing of the object lies outside of the picture
 };
 
 // Depth (z, 0 = none) and unit normal (camera frame, facing the camera) of every pixel.
@@ -43,6 +45,9 @@ float GrayScale(const Workspace& workspace);
 
 StereoView LoadStereoView(const Workspace& workspace, int view, float gray_scale,
                           const StereoOptions& options);
+
+// Whether no pixel of the picture's border is set.
+bool KeepsClearOfBorder(const Image<std::uint8_t>& mask);
 
 // Each pixel of `mask` that has a set pixel within `radius` (rounded box) becomes set.
 Image<std::uint8_t> Dilate(const Image<std::uint8_t>& mask, double radius);

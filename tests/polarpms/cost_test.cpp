@@ -115,7 +115,8 @@ TEST(DepthNormal, BothFormsVanishOnAPlaneAndPunishATiltedNormal) {
   EXPECT_NEAR(DepthNormalAngle(right, centre, neighbours[0], neighbours[2]), 0, 1e-3);
   EXPECT_NEAR(DepthNormalAngle(tilted, centre, neighbours[0], neighbours[2]), 1 - tilted.normal.dot(n), 1e-2);
   EXPECT_NEAR(DepthNormalRelative(right, centre, neighbours, 800), 0, 1e-3);
-  EXPECT_GT(DepthNormalRelative(tilted, centre, neighbours, 800), 0.3f);
+  // left and right: 0.8 / 800 off in my prediction, right in his, so e = 0.8^2 / 2; above and below: right
+  EXPECT_NEAR(DepthNormalRelative(tilted, centre, neighbours, 800), 0.5 * 0.32 / (0.32 + 0.25), 5e-3);
 }
 
 TEST(GeometricError, IsZeroForAgreeingMapsAndTheDisplacementForOthers) {

@@ -124,6 +124,8 @@ class Sphere : public testing::Test {
     StereoOptions options = StereoPreset(preset);
     options.photometric_iterations = 2;
     options.geometric_iterations = 1;
+    options.window_radius = 3;
+    options.window_step = 1;
     options.filter = false;
     return options;
   }
@@ -145,7 +147,7 @@ TEST_F(Sphere, DefaultPresetFindsDepthAndNormalsOfATexturedSphere) {
   Write(true);
   EstimateDepths(folder_, Quick("default"), progress_);
   const Errors errors = Compare();
-  EXPECT_LT(errors.median_depth, 0.01);
+  EXPECT_LT(errors.median_depth, 3.0 / 130);  // one pixel's width on the sphere
   EXPECT_LT(errors.median_normal_deg, 6);
 }
 
