@@ -147,11 +147,11 @@ TEST_F(Pipeline, MakesACloudNearTheTruth) {
                                            (Folder("input") / "truth/mesh.ply").string(), "--json"});
   ASSERT_EQ(evaluation.exit_code, 0) << evaluation.err;
   const json errors = json::parse(evaluation.out);
-  EXPECT_LT(errors["cloud"]["accuracy"]["mean"], 0.02);
-  EXPECT_GT(errors["cloud"]["thresholds"]["0.02"]["precision"], 0.8);
-  EXPECT_GT(errors["cloud"]["thresholds"]["0.02"]["recall"], 0.3);
-  EXPECT_LT(errors["maps"]["mean"]["depth"]["median"], 0.02);
-  EXPECT_LT(errors["maps"]["mean"]["normal_degrees"]["median"], 25.0);
+  EXPECT_LT(errors.at("cloud").at("accuracy").at("mean"), 0.02);
+  EXPECT_GT(errors.at("cloud").at("thresholds").at("0.02").at("precision"), 0.8);
+  EXPECT_GT(errors.at("cloud").at("thresholds").at("0.02").at("recall"), 0.3);
+  EXPECT_LT(errors.at("maps").at("mean").at("depth").at("median"), 0.02);
+  EXPECT_LT(errors.at("maps").at("mean").at("normal_degrees").at("median"), 25.0);
 }
 
 TEST_F(Pipeline, OneThreadAndTwoThreadsGiveTheSameBytes) {
