@@ -67,7 +67,7 @@ TEST_F(DemosaicCommand, RunAgainKeepsWhatIsValidAndMakesTheRest) {
   for (const char* view : {"a", "b", "c", "d"}) WriteAngles(view, 0.8, 0.3, -0.1);
   ASSERT_EQ(Run().exit_code, 0);
   const auto a = Age("a.tif"), b = Age("b.tif"), c = Age("c.tif");
-  WriteAngles("b", 0.8, 0.2, -0.1);                                  // other input
+  WriteAngles("b", 0.5, 0.2, -0.1);                                  // other input
   WriteFileAtomically(Views() / "c.tif", "damaged");                 // output is not what was written
   WriteFileAtomically(Views() / ".a.12-3.tmp.tif", "half-written");  // left by a killed run
   for (const int angle : {0, 45, 90, 135}) fs::remove(Input() / ("I-" + std::to_string(angle)) / "d.png");
