@@ -49,8 +49,7 @@ class Scan {
   using Work = std::function<nlohmann::json(Progress&)>;
   void Run(const Stage& stage, const Work& work);
 
-  // The next Run follows stage `name`, which an earlier command has done. Throws Error if it has not, or if
-  // its outputs (as recorded) are gone.
+  // The next Run follows stage `name`, which an earlier command has done. Throws Error if it has not.
   void ContinueAfter(const std::string& name);
 
   // Sets a value of scan.json's summary, say Note("views", "registered", 12). Saved with the next stage.

@@ -107,6 +107,8 @@ TEST_F(Pipeline, SaysWhatItDidInScanJson) {
   const Outcome outcome = RunPolarscan(Command(scan, {"--json"}));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
 
+  EXPECT_EQ(outcome.err.find('\x1b'), std::string::npos) << "escape codes in a file";
+
   const json state = json::parse(outcome.out);
   EXPECT_EQ(state, ReadJson(scan / "scan.json"));
   EXPECT_EQ(state["views"]["total"], 8);
@@ -178,6 +180,34 @@ TEST_F(Pipeline, TheSameCommandAgainDoesNothingAndAChangedOptionOnlyWhatDependsO
   ASSERT_EQ(RunPolarscan(Command(scan, {"--fusion-reprojection", "0.8"})).exit_code, 0);
   EXPECT_EQ(fs::last_write_time(scan / "dense/stereo/depth_maps/000.png.geometric.bin"), depth_time);
   EXPECT_GT(fs::last_write_time(scan / "cloud.ply"), cloud_time);
+}
+
+TEST_F(Pipeline, OneStageRunsAgainWithOtherOptionsAndTheNextOneFollowsIt) {
+  const fs::path scan = Folder("scan");
+  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
+  const auto before = Results(scan);
+
+  const Outcome stereo = RunPolarscan({"stereo", scan.string(), "--no-filter", "--photometric-iterations",
+                                       "1", "--geometric-iterations", "1", "--window-radius", "3",
+                                       "--samples", "4", "--sources", "4"});
+  ASSERT_EQ(stereo.exit_code, 0) << stereo.err;
+  EXPECT_EQ(ReadJson(scan / "scan.json")["options"]["stereo"]["window-radius"], 3);
+  EXPECT_TRUE(before.at("cloud.ply") == ReadFile(scan / "cloud.ply")) << "stereo touched the cloud";
+
+  ASSERT_EQ(RunPolarscan({"fuse", scan.string(), "--fusion-min-views", "2"}).exit_code, 0);
+  EXPECT_FALSE(before.at("cloud.ply") == ReadFile(scan / "cloud.ply"));
+
+  // The first command again gives the first results again.
+  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
+  EXPECT_TRUE(Results(scan) == before);
+}
+
+TEST_F(Pipeline, AStageOfAFolderThatIsNoScanIsRefused) {
+  for (const char* stage : {"sfm", "stereo", "fuse"}) {
+    const Outcome outcome = RunPolarscan({stage, Input().string()});
+    EXPECT_EQ(outcome.exit_code, 1) << stage;
+    EXPECT_NE(outcome.err.find("polarscan reconstruct"), std::string::npos) << outcome.err;
+  }
 }
 
 TEST_F(Pipeline, ALostResultIsMadeAgain) {
