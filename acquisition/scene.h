@@ -40,7 +40,7 @@ struct SceneOptions {
   std::string up = "y";          // of that file
   std::string texture = "weak";  // none, weak, strong
   std::string light = "studio";
-  double albedo = 0.35, roughness = 0.15, ior = 1.5;
+  double albedo = 0.28, roughness = 0.15, ior = 1.5;
   bool table = true;
   std::uint64_t seed = 0;  // of the textures
 };

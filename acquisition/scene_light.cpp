@@ -63,7 +63,7 @@ Environment NamedEnvironment(const std::string& name) {
   if (name == "overcast") return {1.4, 0.6, 0.2, {{40, 48, 60, 36, 1.2, 14}}};
   if (name == "studio")
     return {
-        0.55, 0.25, 0.08, {{-40, 48, 62, 42, 2.6, 9}, {75, 25, 40, 60, 1.1, 9}, {190, 35, 56, 40, 1.8, 9}}};
+        0.40, 0.20, 0.08, {{-40, 48, 62, 42, 3.4, 9}, {75, 25, 40, 60, 1.2, 9}, {190, 35, 56, 40, 2.2, 9}}};
   throw Error("no such light", name, "Try 'studio', 'overcast' or 'uniform'");
 }
 

@@ -74,7 +74,7 @@ TriangleMesh BearMesh() { return MeshImplicit(Bear, {Vector3d(-1, -0.9, -1), Vec
 
 TriangleMesh SphereMesh() {
   const Implicit sphere = [](const Vector3d& p) { return p.norm() - 1; };
-  return MeshImplicit(sphere, {Vector3d::Constant(-1.05), Vector3d::Constant(1.05)}, 120);
+  return MeshImplicit(sphere, {Vector3d::Constant(-1.05), Vector3d::Constant(1.05)}, 80);
 }
 
 // Triangles of a surface over (u, v) in [0, 1]^2; both ways closed. Outward if d/du x d/dv points outward.

@@ -58,7 +58,7 @@ Mark RandomMark(Random& random) {
 void Draw(Image<float>& picture, const Mark& mark, Random& random) {
   const Vector2d center(random.Uniform() * picture.width(), random.Uniform() * picture.height());
   const double turn = 2 * std::numbers::pi * random.Uniform(), reach = 1.5 * mark.size + 3;
-  const float grey = 0.03f + 0.52f * float(random.Uniform());
+  const float grey = 0.03f + 0.42f * float(random.Uniform());
   const Vector2d axis(std::cos(turn), std::sin(turn));
   const int x_end = std::min(picture.width() - 1, int(center.x() + reach));
   const int y_end = std::min(picture.height() - 1, int(center.y() + reach));
@@ -120,11 +120,11 @@ Image<float> MakePrint(int size, std::uint64_t seed) {
   for (int y = 0; y < ground.height(); ++y)
     for (int x = 0; x < ground.width(); ++x) {
       const Eigen::Vector3d p(x * 24.0 / ground.width(), y * 24.0 / ground.height(), 0.5);
-      ground(x, y) = 0.30f + 0.06f * float(noise.Fractal(p, 4));
+      ground(x, y) = 0.26f + 0.05f * float(noise.Fractal(p, 4));
     }
   for (int y = 0; y < size; ++y)
     for (int x = 0; x < size; ++x) picture(x, y) = Sample(ground, (x + 0.5) / size, (y + 0.5) / size);
-  const int marks = size * size / 2000;
+  const int marks = size * size / 1300;
   for (int i = 0; i < marks; ++i) {
     Random random(seed, 1, std::uint64_t(i));
     const Mark mark = RandomMark(random);

@@ -32,7 +32,7 @@ struct SolidTexture {
 };
 
 // A square print full of things that feature detectors like: discs, rings, boxes, triangles and scribbles
-// over noise, as reflectance in 0.03 .. 0.55. `size` pixels a side.
+// over noise, as reflectance in 0.03 .. 0.45. `size` pixels a side.
 Image<float> MakePrint(int size, std::uint64_t seed);
 
 // Means of blocks of factor x factor pixels (sizes are multiples of factor).

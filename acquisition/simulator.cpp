@@ -128,15 +128,17 @@ SimulationSummary Simulate(const SimulatorOptions& options, const fs::path& fold
   effective.scene.seed = options.seed;
   FrameSettings settings{options.sensor, options.samples, 1, options.seed, 0};
   settings.sensor.layout = ParseLayout(options.layout);
+  const std::vector<CameraRing> rings = ParseRings(options.rings);
+  Scene scene = MakeScene(effective.scene);
   PrepareFolder(folder);
   WriteJson(folder / "set.json", SetJson(options, settings.sensor, {}, false));
 
   progress.Begin("lighting the scene", 1, "scene");
-  const LitScene lit = Illuminate(MakeScene(effective.scene), progress);
+  const LitScene lit = Illuminate(std::move(scene), progress);
   progress.Advance();
   const Pinhole camera = SimulatedPinhole(options);
   const std::vector<SimulatedView> views =
-      RingViews(options.rings, options.jitter_deg, options.seed, lit.scene.object, camera, options.fill);
+      RingViews(rings, options.jitter_deg, options.seed, lit.scene.object, camera, options.fill);
   settings.gain = options.exposure * AutomaticGain(lit, camera, views);
   WriteTruth(folder, lit.scene, camera, views, options.known_poses);
 

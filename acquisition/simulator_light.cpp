@@ -236,26 +236,25 @@ Meeting Meet(const LitScene& lit, const Vector3d& origin, const Vector3d& direct
 
 Vector3d StokesAlong(const LitScene& lit, const Vector3d& origin, const Vector3d& direction,
                      const Eigen::Matrix3d& cam_from_world, const PolarFrame& frame,
-                     const std::vector<DiscPoint>& facets) {
+                     const FacetSamples& facets) {
   const Meeting m = Meet(lit, origin, direction, false);
   if (m.thing == Meeting::kNothing) return {kBackground, 0, 0};
   const Vector3d to_viewer = -direction, normal = FacingNormal(m.normal, to_viewer);
   const Material& material = *m.material;
-  Vector3d stokes =
-      DiffuseStokes(m.body, normal.dot(to_viewer), material.ior, frame.DoubleAngle(cam_from_world * normal));
-  const double weight = 0.5 / double(facets.size());
-  for (const DiscPoint& point : facets)
-    for (int side : {1, -1}) {
-      const Vector3d facet = VisibleFacet(normal, to_viewer, material.roughness, point, side);
-      const double cosine = facet.dot(to_viewer);
-      const Vector3d mirrored = 2 * cosine * facet - to_viewer;
-      const double out = normal.dot(mirrored);
-      if (out <= 0 || cosine <= 0) continue;
-      const double radiance = IncomingRadiance(lit, m.point + kLift * m.normal, mirrored);
-      stokes += weight * Unmasked(out, material.roughness) *
+  Vector3d specular = Vector3d::Zero();
+  const std::vector<DiscPoint>& points = m.thing == Meeting::kObject ? facets.object : facets.table;
+  for (const DiscPoint& point : points) {
+    const Vector3d facet = VisibleFacet(normal, to_viewer, material.roughness, point);
+    const double cosine = facet.dot(to_viewer);
+    const Vector3d mirrored = 2 * cosine * facet - to_viewer;
+    const double out = normal.dot(mirrored);
+    if (out <= 0 || cosine <= 0) continue;
+    const double radiance = IncomingRadiance(lit, m.point + kLift * m.normal, mirrored);
+    specular += Unmasked(out, material.roughness) *
                 SpecularStokes(radiance, cosine, material.ior, frame.DoubleAngle(cam_from_world * facet));
-    }
-  return stokes;
+  }
+  return specular / double(points.size()) + DiffuseStokes(m.body, normal.dot(to_viewer), material.ior,
+                                                          frame.DoubleAngle(cam_from_world * normal));
 }
 
 }  // namespace polarscan

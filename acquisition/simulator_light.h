@@ -35,11 +35,16 @@ struct Meeting {
 Meeting Meet(const LitScene& lit, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
              bool coarse);
 
+// Samples of a rough surface's facets: many for the object, fewer for the table, whose highlights are wide.
+struct FacetSamples {
+  std::vector<DiscPoint> object, table;
+};
+
 // Stokes vector of the light that comes to `origin` from `direction` (world; unit), counted in the frame of
 // its pixel. facets: samples of the surface's roughness, each used with its mirror image. Behind the scene
 // there is a dim unpolarized floor.
 Eigen::Vector3d StokesAlong(const LitScene& lit, const Eigen::Vector3d& origin,
                             const Eigen::Vector3d& direction, const Eigen::Matrix3d& cam_from_world,
-                            const PolarFrame& frame, const std::vector<DiscPoint>& facets);
+                            const PolarFrame& frame, const FacetSamples& facets);
 
 }  // namespace polarscan

@@ -42,23 +42,23 @@ Vector3d SpecularStokes(double radiance, double cosine, double ior, const Vector
   return {total, -across * facet_angle.x(), -across * facet_angle.y()};
 }
 
-DiscPoint::DiscPoint(double u1, double u2)
+DiscPoint::DiscPoint(double u1, double u2, int side)
     : along(std::sqrt(u1) * std::cos(std::numbers::pi * u2)),
-      across(std::sqrt(u1) * std::sin(std::numbers::pi * u2)) {}
+      across(side * std::sqrt(u1) * std::sin(std::numbers::pi * u2)) {}
 
 Vector3d VisibleFacet(const Vector3d& normal, const Vector3d& to_viewer, double roughness,
-                      const DiscPoint& point, int side) {
+                      const DiscPoint& point) {
   const double cosine = std::clamp(normal.dot(to_viewer), 0.0, 1.0), sine = std::sqrt(1 - cosine * cosine);
   // Local frame: x in the plane of incidence, z the normal.
   const Vector3d x_axis =
       sine > 1e-6 ? Vector3d((to_viewer - cosine * normal).normalized()) : normal.unitOrthogonal();
   const Vector3d y_axis = normal.cross(x_axis);
-  const double length = std::hypot(roughness * sine, cosine);
-  const double sx = roughness * sine / length, sz = cosine / length;  // stretched view; its y is 0
-  const double a = side * point.across, s = 0.5 * (1 + sz);
+  const double length = std::sqrt(roughness * roughness * sine * sine + cosine * cosine);
+  const double sx = roughness * sine / length, sz = cosine / length;  // the stretched view; its y is 0
+  const double a = point.across, s = 0.5 * (1 + sz);
   const double b = (1 - s) * std::sqrt(1 - a * a) + s * point.along;
   const double c = std::sqrt(std::max(0.0, 1 - a * a - b * b));
-  // a along y, b along stretched x y = (-sz, 0, sx), c along the stretched view.
+  // a along y, b across the stretched view within the plane of incidence, c along it.
   const Vector3d facet(roughness * (c * sx - b * sz), roughness * a, std::max(1e-9, c * sz + b * sx));
   return (facet.x() * x_axis + facet.y() * y_axis + facet.z() * normal).normalized();
 }

@@ -44,16 +44,15 @@ Eigen::Vector3d SpecularStokes(double radiance, double cosine, double ior,
                                const Eigen::Vector2d& facet_angle);
 
 // A place on the unit disc, from which a facet is made: radius sqrt(u1) at the angle pi u2 from the plane of
-// incidence.
+// incidence, on the one side of it (side 1) or the other (-1).
 struct DiscPoint {
   double along, across;
-  DiscPoint(double u1, double u2);
+  DiscPoint(double u1, double u2, int side);
 };
 
-// A facet normal of the GGX distribution as seen from `to_viewer` (Heitz, JCGT 2018). side -1 instead of 1
-// gives the facet mirrored at the plane of `normal` and `to_viewer`. Unit vectors.
+// A facet normal of the GGX distribution as seen from `to_viewer` (Heitz, JCGT 2018). Unit vectors.
 Eigen::Vector3d VisibleFacet(const Eigen::Vector3d& normal, const Eigen::Vector3d& to_viewer,
-                             double roughness, const DiscPoint& point, int side);
+                             double roughness, const DiscPoint& point);
 // Share of facets that light leaving at this cosine to the normal does not find hidden (Smith's G1 for GGX).
 double Unmasked(double cosine, double roughness);
 

@@ -12,32 +12,37 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Places of the samples within a pixel, and for each the facet samples of a rough surface: a Hammersley set
-// dealt out so that a pixel sees all of it.
+// Places of the samples within a pixel, and for each its facets: a Hammersley set dealt out so that a pixel
+// sees all of it, and every facet also mirrored at the plane of incidence (else it would turn the angle of
+// polarization).
 struct PixelPattern {
   struct Sample {
     Vector2d place;
-    std::vector<DiscPoint> facets;
+    FacetSamples facets;
   };
   std::vector<Sample> samples;
 };
 
-double RadicalInverse(unsigned i) {
+double RadicalInverse(int i) {
   double value = 0;
   for (double digit = 0.5; i; i >>= 1, digit /= 2) value += digit * (i & 1);
   return value;
 }
 
+// Facet i of `count`.
+DiscPoint Facet(int i, int count, int side) {
+  return DiscPoint((i + 0.5) / count, RadicalInverse(i) + 0.5 / count, side);
+}
+
 PixelPattern MakePattern(int per_axis) {
-  const int count = per_axis * per_axis, facets = count >= 4 ? 1 : 4 / count;
+  const int count = per_axis * per_axis, facets = std::max(count, 4);
   PixelPattern pattern;
   for (int i = 0; i < count; ++i) {
     PixelPattern::Sample sample{{(i % per_axis + 0.5) / per_axis, (i / per_axis + 0.5) / per_axis}, {}};
-    for (int k = 0; k < facets; ++k) {
-      const int n = i + count * k;
-      sample.facets.emplace_back((n + 0.5) / (count * facets),
-                                 RadicalInverse(unsigned(n)) + 0.5 / (count * facets));
-    }
+    for (int k = i; k < facets; k += count)
+      for (int side : {1, -1}) sample.facets.object.push_back(Facet(k, facets, side));
+    sample.facets.table = sample.facets.object;
+    if (count % 2 == 0) sample.facets.table = {Facet(i / 2, count / 2, i % 2 ? -1 : 1)};
     pattern.samples.push_back(sample);
   }
   return pattern;

@@ -19,27 +19,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-struct Ring {
-  double elevation_deg = 0;
-  int views = 0;
-};
-
-std::vector<Ring> ParseRings(const std::string& text) {
-  std::vector<Ring> rings;
-  std::istringstream stream(text);
-  for (std::string part; std::getline(stream, part, ',');) {
-    Ring ring;
-    char colon = 0, rest = 0;
-    std::istringstream words(part);
-    if (!(words >> ring.elevation_deg >> colon >> ring.views) || colon != ':' || words >> rest ||
-        ring.views < 1 || ring.views > 10000 || !(std::abs(ring.elevation_deg) <= 85))
-      throw Error("not a list of camera rings", text, "Write elevation:views, for example 33:12,56:6");
-    rings.push_back(ring);
-  }
-  if (rings.empty()) throw Error("no camera rings", text, "Write elevation:views, for example 33:12,56:6");
-  return rings;
-}
-
 // Rows: the camera's x, y, z axes in the world.
 Matrix3d LookAtOrigin(double elevation, double azimuth, double roll) {
   const Vector3d z = -Vector3d(std::cos(elevation) * std::sin(azimuth), std::sin(elevation),
@@ -59,12 +38,32 @@ double DistanceFor(const Vector3d& p, double tan_x, double tan_y) {
 
 }  // namespace
 
-std::vector<SimulatedView> RingViews(const std::string& rings, double jitter_deg, std::uint64_t seed,
-                                     const TriangleMesh& object, const Pinhole& camera, double fill) {
+std::vector<CameraRing> ParseRings(const std::string& text) {
+  const auto refuse = [&text]() -> void {
+    throw Error("not a list of camera rings", '"' + text + '"',
+                "Write elevation:views, for example 33:12,56:6");
+  };
+  std::vector<CameraRing> rings;
+  std::istringstream stream(text);
+  for (std::string part; std::getline(stream, part, ',');) {
+    CameraRing ring;
+    char colon = 0, rest = 0;
+    std::istringstream words(part);
+    if (!(words >> ring.elevation_deg >> colon >> ring.views) || colon != ':' || words >> rest) refuse();
+    if (ring.views < 1 || ring.views > 10000 || !(std::abs(ring.elevation_deg) <= 85)) refuse();
+    rings.push_back(ring);
+  }
+  if (rings.empty()) refuse();
+  return rings;
+}
+
+std::vector<SimulatedView> RingViews(const std::vector<CameraRing>& rings, double jitter_deg,
+                                     std::uint64_t seed, const TriangleMesh& object, const Pinhole& camera,
+                                     double fill) {
   constexpr double kRadians = std::numbers::pi / 180;
   std::vector<SimulatedView> views;
   double distance = 0, shift = 0;
-  for (const Ring& ring : ParseRings(rings)) {
+  for (const CameraRing& ring : rings) {
     for (int i = 0; i < ring.views; ++i) {
       Random random(seed, 3, views.size());
       const auto jitter = [&] { return jitter_deg * (2 * random.Uniform() - 1); };

@@ -15,13 +15,21 @@ struct SimulatedView {
   Rigid cam_from_world;
 };
 
-// Cameras on rings around the origin, all at one distance and looking at it (world y up).
-// rings: "elevation in degrees:views, ...", for example "33:12,56:6"; each ring is turned by a third of its
-// step against the one before. jitter_deg: largest deviation of elevation, azimuth and roll. The distance is
-// the smallest at which the object stays within `fill` of the half picture in every view. Throws Error on a
-// malformed text.
-std::vector<SimulatedView> RingViews(const std::string& rings, double jitter_deg, std::uint64_t seed,
-                                     const TriangleMesh& object, const Pinhole& camera, double fill);
+struct CameraRing {
+  double elevation_deg = 0;
+  int views = 0;
+};
+
+// "elevation in degrees:views, ...", for example "33:12,56:6". Throws Error on anything else.
+std::vector<CameraRing> ParseRings(const std::string& text);
+
+// Cameras on rings around the origin, all at one distance and looking at it (world y up). Each ring is turned
+// by a third of its step against the one before. jitter_deg: largest deviation of elevation, azimuth and
+// roll. The distance is the smallest at which the object stays within `fill` of the half picture in every
+// view.
+std::vector<SimulatedView> RingViews(const std::vector<CameraRing>& rings, double jitter_deg,
+                                     std::uint64_t seed, const TriangleMesh& object, const Pinhole& camera,
+                                     double fill);
 
 // cameras.txt, images.txt (NAME.png) and an empty points3D.txt: COLMAP's text model of the true poses.
 void WriteTruePoses(const std::filesystem::path& folder, const Pinhole& camera,
