@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstring>
+
+#include "acquisition/input.h"
+#include "core/files.h"
+
+namespace polarscan {
+namespace {
+
+namespace fs = std::filesystem;
+
+template <class T>
+std::string Bytes(T value) {
+  return {reinterpret_cast<const char*>(&value), sizeof value};
+}
+
+std::string Attribute(const std::string& name, const std::string& type, const std::string& value) {
+  return name + '\0' + type + '\0' + Bytes(std::int32_t(value.size())) + value;
+}
+
+// An uncompressed float32 EXR file as its specification says, written without the library that reads it
+// (openexr.com, "OpenEXR File Layout"). Channels: names in alphabetical order with the value of all their
+// pixels.
+std::string Exr(int width, int height, const std::vector<std::pair<std::string, float>>& channels) {
+  std::string list, box = Bytes(std::int32_t(0)) + Bytes(std::int32_t(0)) + Bytes(std::int32_t(width - 1)) +
+                          Bytes(std::int32_t(height - 1));
+  for (const auto& [name, value] : channels)
+    list += name + '\0' + Bytes(std::int32_t(2)) + Bytes(std::int32_t(0)) + Bytes(std::int32_t(1)) +
+            Bytes(std::int32_t(1));
+  std::string file = Bytes(std::int32_t(20000630)) + Bytes(std::int32_t(2));
+  file += Attribute("channels", "chlist", list + '\0') + Attribute("compression", "compression", {'\0'});
+  file += Attribute("dataWindow", "box2i", box) + Attribute("displayWindow", "box2i", box);
+  file += Attribute("lineOrder", "lineOrder", {'\0'}) + Attribute("pixelAspectRatio", "float", Bytes(1.0f));
+  file += Attribute("screenWindowCenter", "v2f", Bytes(0.0f) + Bytes(0.0f));
+  file += Attribute("screenWindowWidth", "float", Bytes(1.0f)) + '\0';
+  const std::size_t line = 4 * std::size_t(width) * channels.size(),
+                    first = file.size() + 8 * std::size_t(height);
+  for (int y = 0; y < height; ++y) file += Bytes(std::uint64_t(first + std::size_t(y) * (line + 8)));
+  for (int y = 0; y < height; ++y) {
+    file += Bytes(std::int32_t(y)) + Bytes(std::int32_t(line));
+    for (const auto& [name, value] : channels)
+      for (int x = 0; x < width; ++x) file += Bytes(value);
+  }
+  return file;
+}
+
+class ExrInput : public testing::Test {
+ protected:
+  ExrInput() : folder_(fs::temp_directory_path() / ("polarscan-exr-" + std::to_string(::getpid()))) {
+    fs::remove_all(folder_);
+  }
+  ~ExrInput() override { fs::remove_all(folder_); }
+  void Write(const std::string& name, const std::vector<std::pair<std::string, float>>& channels) const {
+    WriteFileAtomically(folder_ / name, Exr(6, 5, channels));
+  }
+  fs::path folder_;
+};
+
+TEST_F(ExrInput, StokesPicturesInColour) {
+  Write("stokes/v_s0.exr", {{"B", 0.1f}, {"G", 0.2f}, {"R", 3.0f}});
+  Write("stokes/v_s1.exr", {{"B", -0.1f}, {"G", -0.2f}, {"R", -0.3f}});
+  Write("stokes/v_s2.exr", {{"B", 0}, {"G", 0.5f}, {"R", 0}});
+  const Input input = OpenInput(folder_, {});
+  EXPECT_EQ(input.kind, InputKind::kStokes);
+  const LoadedView view = ReadView(input, 0);
+  ASSERT_EQ(view.pictures.size(), 3u);
+  ASSERT_EQ(view.pictures[0].planes.size(), 3u);
+  EXPECT_FLOAT_EQ(view.pictures[0].planes[0](5, 4), 3.0f);   // red, above 1: nothing is cut off
+  EXPECT_FLOAT_EQ(view.pictures[1].planes[2](0, 0), -0.1f);  // blue, below 0
+}
+
+TEST_F(ExrInput, GreyPicturesBehindAPolarizer) {
+  for (const char* angle : {"0", "45", "90", "135"}) Write(std::string(angle) + "/v.exr", {{"Y", 0.25f}});
+  const Input input = OpenInput(folder_, {});
+  EXPECT_EQ(input.kind, InputKind::kAngles);
+  EXPECT_EQ(input.sensor.bits, 32);
+  EXPECT_FALSE(input.sensor.clips);
+  EXPECT_FLOAT_EQ(ReadView(input, 0).pictures[3].planes[0](2, 2), 0.25f);
+}
+
+}  // namespace
+}  // namespace polarscan
