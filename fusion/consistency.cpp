@@ -64,17 +64,25 @@ std::optional<Agreement> Ask(const ViewMaps& reference, const Eigen::Vector2d& p
   return Agreement{0, uv, x, y, position, residual};
 }
 
+// Where the ray origin + t direction meets the tangent plane of a view's surface point.
+double MeetsPlane(const ViewMaps& view, int x, int y, const Eigen::Vector3d& point,
+                  const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) {
+  const Eigen::Vector3d n = view.cam_from_world.rotation.transpose() * view.normal(x, y).cast<double>();
+  const double along = n.dot(direction);
+  if (along > -kGrazing * direction.norm()) return (point - origin).dot(direction) / direction.squaredNorm();
+  return n.dot(point - origin) / along;
+}
+
 // Running weighted means of what a cloud point holds.
 struct Mean {
-  Eigen::Vector3d position = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero(),
-                  colour = Eigen::Vector3d::Zero();
-  double dop = 0, weight = 0;
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero(), colour = Eigen::Vector3d::Zero();
+  double along_ray = 0, dop = 0, weight = 0;
 
-  void Add(const ViewMaps& view, int x, int y, const Eigen::Vector3d& point) {
+  void Add(const ViewMaps& view, int x, int y, double place) {
     const Eigen::Vector3d n = view.normal(x, y).cast<double>();
     const double w = std::max(kGrazing, -n.dot(view.camera.Ray(x + 0.5, y + 0.5).normalized()));
     const Rgb8& c = view.colour(x, y);
-    position += w * point;
+    along_ray += w * place;
     normal += w * (view.cam_from_world.rotation.transpose() * n);
     colour += w * Eigen::Vector3d(c.r, c.g, c.b);
     dop += w * view.dop(x, y);
@@ -129,20 +137,20 @@ CloudPoint Fuse(const ViewMaps& reference, int x, int y,
                 const std::vector<std::shared_ptr<const ViewMaps>>& candidates,
                 const std::vector<Agreement>& agreements) {
   const SurfacePoint seed = BackProject(reference, x, y);
-  const Eigen::Vector3d to_reference = (reference.cam_from_world.Center() - seed.position).normalized();
+  const Eigen::Vector3d centre = reference.cam_from_world.Center(), ray = seed.position - centre;
   Mean mean;
-  mean.Add(reference, x, y, seed.position);
+  mean.Add(reference, x, y, 1);
   double support = 0;
   for (const Agreement& a : agreements) {
     const ViewMaps& view = *candidates[std::size_t(a.view)];
-    mean.Add(view, a.x, a.y, a.point);
+    mean.Add(view, a.x, a.y, MeetsPlane(view, a.x, a.y, a.point, centre, ray));
     const Eigen::Vector3d to_view = (view.cam_from_world.Center() - seed.position).normalized();
-    const double sine = to_view.dot(to_reference) < 0 ? 1 : to_view.cross(to_reference).norm();
+    const double sine = to_view.dot(ray) > 0 ? 1 : to_view.cross(ray.normalized()).norm();
     support += sine * (1 - a.residual);
   }
   const Eigen::Vector3d colour = mean.colour / mean.weight;
   CloudPoint point;
-  point.position = (mean.position / mean.weight).cast<float>();
+  point.position = (centre + mean.along_ray / mean.weight * ray).cast<float>();
   point.normal = mean.normal.normalized().cast<float>();
   point.colour = {Byte(colour.x()), Byte(colour.y()), Byte(colour.z())};
   point.dop = float(mean.dop / mean.weight);

@@ -54,10 +54,11 @@ void FindAgreements(const ViewMaps& reference, int x, int y,
                     const ConsistencyLimits& limits, std::vector<Agreement>& agreements,
                     ConsistencyCounts& counts);
 
-// The mean of the reference pixel and of the pixels that agree with it, each weighted by the cosine of its
-// angle of view. Confidence in [0, 1): 1 - exp(-s), s = sum over agreeing views of sin(a) (1 - residual),
-// with a the angle at the point between that view and the reference (90 degrees at most): many views from
-// well apart that agree well.
+// Normal, colour and DoP: means over the reference pixel and the pixels that agree with it, each weighted by
+// the cosine of its angle of view. Position: on the reference pixel's ray, at the same mean of where it meets
+// the pixels' tangent planes. Confidence in [0, 1): 1 - exp(-s), s = sum over agreeing views of sin(a) (1 -
+// residual), with a the angle at the point between that view and the reference (90 degrees at most): many
+// views from well apart that agree well.
 CloudPoint Fuse(const ViewMaps& reference, int x, int y,
                 const std::vector<std::shared_ptr<const ViewMaps>>& candidates,
                 const std::vector<Agreement>& agreements);

@@ -66,7 +66,8 @@ void Absorb(const ViewMaps& view, const Agreement& agreement, double patch_area,
 }
 
 Row FuseRow(const ViewMaps& reference, int view, int y, const Candidates& candidates,
-            const AbsorbedPixels& absorbed, int min_views, const ConsistencyLimits& limits) {
+            const AbsorbedPixels& absorbed, int min_views, const FusionOptions& options) {
+  const ConsistencyLimits limits = Limits(options);
   Row row;
   std::vector<Agreement> agreements;
   for (int x = 0; x < reference.depth.width(); ++x) {
@@ -80,7 +81,8 @@ Row FuseRow(const ViewMaps& reference, int view, int y, const Candidates& candid
     row.counts.asked += asked;
     if (int(agreements.size()) + 1 < min_views) {
       ++row.counts.too_few_views;
-    } else if (asked.seen_through > agreements.size()) {
+    } else if (options.contradictions > 0 &&
+               double(asked.seen_through) > options.contradictions * double(agreements.size())) {
       ++row.counts.contradicted;
     } else {
       row.points.push_back(Fuse(reference, x, y, candidates.maps, agreements));
@@ -134,7 +136,7 @@ void FuseView(Fusion& fusion, int view, Progress& progress) {
   ParallelFor(0, reference->depth.height(), [&](int y) {
     progress.Check();
     rows[std::size_t(y)] =
-        FuseRow(*reference, view, y, candidates, fusion.absorbed, fusion.min_views, Limits(fusion.options));
+        FuseRow(*reference, view, y, candidates, fusion.absorbed, fusion.min_views, fusion.options);
   });
   for (const Row& row : rows) {
     fusion.points.insert(fusion.points.end(), row.points.begin(), row.points.end());
@@ -203,6 +205,8 @@ OptionTable Table(FusionOptions& o) {
       {"fusion-normal", &o.normal_deg, "Greatest angle between two views' normals", "deg", 0.1, 180},
       {"fusion-check-views", &o.check_views, "Views asked about a pixel at most (those that overlap most)",
        "views", 1, 100000},
+      {"fusion-contradictions", &o.contradictions,
+       "Leave a point out if this many times more views see through it than agree; 0: never", "", 0, 1000},
       {"masks", &o.masks, "Leave out what lies outside of the masks, where there are any"},
       {"fusion-memory", &o.memory_gb, "Memory for maps; with less they are read more often", "GB", 0, 1e6},
   };
