@@ -38,7 +38,7 @@ AopConstraint MakeAopConstraint(const PolarSample& sample, float x, float y) {
 
 Eigen::Vector3f NormalFromAop(std::span<const AopConstraint> constraints, AopLabels labels,
                               const Eigen::Vector3f& start, const Eigen::Vector3f& ray) {
-  constexpr int kRounds = 3;
+  constexpr int kRounds = 2;
   Eigen::Vector3f normal = start;
   for (int round = 0; round < kRounds; ++round) {
     Eigen::Matrix3f sum = Eigen::Matrix3f::Zero();

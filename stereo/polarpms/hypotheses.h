@@ -30,8 +30,8 @@ AopConstraint MakeAopConstraint(const PolarSample& sample, float x, float y);
 enum class AopLabels { kFromNormal, kAllDiffuse, kAllSpecular };
 
 // The unit normal that fits the constraints best in the least-squares sense: the smallest eigenvector of
-// sum w m m^T with m the diffuse or the specular vector, first as `labels` says, then twice whichever fits
-// the normal found better. Returns `start` if the constraints do not fix a normal that faces the camera.
+// sum w m m^T with m the diffuse or the specular vector, first as `labels` says, then whichever fits the
+// normal found better. Returns `start` if the constraints do not fix a normal that faces the camera.
 Eigen::Vector3f NormalFromAop(std::span<const AopConstraint> constraints, AopLabels labels,
                               const Eigen::Vector3f& start, const Eigen::Vector3f& ray);
 

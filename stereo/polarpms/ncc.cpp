@@ -51,6 +51,7 @@ void PatchReader::Read(const Image<float>& gray, const Image<std::uint8_t>& mask
   }
   const float scale = sum > 0 ? 1 / sum : 0;
   for (int i = 0; i < window_.taps; ++i) patch.weight[i] *= scale, patch.weighted[i] *= scale;
+  for (int i = window_.taps; i < window_.padded; ++i) patch.weight[i] = patch.weighted[i] = 0;
   patch.mean = sum_r * scale;
   patch.variance = std::max(0.0f, sum_rr * scale - patch.mean * patch.mean);
 }

@@ -23,8 +23,8 @@ Window MakeWindow(int radius, int step);
 // A reference patch with everything that does not depend on the hypothesis. Intensities are relative to the
 // centre pixel. weight: bilateral, sum 1, zero on padding and on background; weighted: weight * intensity.
 struct Patch {
-  alignas(64) float weight[kMaxTaps] = {};
-  alignas(64) float weighted[kMaxTaps] = {};
+  alignas(64) float weight[kMaxTaps];
+  alignas(64) float weighted[kMaxTaps];
   float center = 0, mean = 0, variance = 0;
 };
 

@@ -10,9 +10,9 @@ StereoOptions StereoPreset(const std::string& name) {
   options.preset = name;
   if (name == "default") return options;
   if (name != "paper") throw Error("no such preset", name, "Choose one of: default, paper");
-  options.photometric_iterations = 5;
-  options.geometric_iterations = 5;
-  options.sources = 20;
+  options.photometric_iterations = 3;
+  options.geometric_iterations = 2;
+  options.warm_geometric_pass = false;
   options.polarization_weight = 4.0;
   options.polarization_evidence = "dop";
   options.polarization_residual = "exponential";
@@ -41,6 +41,8 @@ OptionTable Table(StereoOptions& o) {
        1, 100},
       {"geometric-iterations", &o.geometric_iterations,
        "iterations of the pass that compares views' maps; 0: none", "", 0, 100},
+      {"warm-geometric-pass", &o.warm_geometric_pass,
+       "the second pass only refines: random depths within 1 %, perturbations from a quarter on"},
       {"sources", &o.sources, "source views a reference view may use: more is slower and more complete", "",
        1, 32},
       {"samples", &o.samples, "source views drawn for each pixel: more is slower and steadier", "", 1, 64},

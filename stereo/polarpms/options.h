@@ -16,8 +16,9 @@ struct StereoOptions {
   bool filter = true;
   int seed = 1;
 
-  int photometric_iterations = 3;
-  int geometric_iterations = 2;
+  int photometric_iterations = 2;
+  int geometric_iterations = 1;
+  bool warm_geometric_pass = true;
   int sources = 10;
   int samples = 15;
   int window_radius = 5;

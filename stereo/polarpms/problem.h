@@ -29,14 +29,14 @@ struct Source {
 
 // Where a source sees a point of the reference frame.
 struct Seen {
-  float x = 0, y = 0;  // normalised coordinates in the source
-  int u = -1, v = -1;  // the nearest pixel; -1: behind the source or outside of its picture
+  float x, y;  // normalised coordinates in the source
+  int u, v;    // the nearest pixel; -1: behind the source or outside of its picture
   bool inside() const { return u >= 0; }
 };
 
 inline Seen Look(const Source& source, const Eigen::Vector3f& point) {
   const Eigen::Vector3f p = source.rotation * point + source.translation;
-  if (p.z() <= 0) return {};
+  if (p.z() <= 0) return {0, 0, -1, -1};
   const float x = p.x() / p.z(), y = p.y() / p.z();
   const float u = source.fx * x + source.cx, v = source.fy * y + source.cy;
   const bool inside =

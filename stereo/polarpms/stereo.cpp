@@ -111,6 +111,8 @@ class StereoStage {
     return problem;
   }
 
+  static Image<DepthInterval> WholeRange(const Problem& problem) { return VisualHull(problem, {}); }
+
   Image<DepthInterval> Hull(int view, const Problem& problem) {
     std::vector<Source> silhouettes;
     for (int other = 0; options_.silhouettes && other < int(workspace_.views.size()); ++other) {
@@ -126,12 +128,17 @@ class StereoStage {
     const bool geometric = kind == kGeometric;
     const auto reference = views_.Get(view);
     const Problem problem = MakeProblem(view, geometric, *reference);
-    const Image<DepthInterval> hull = Hull(view, problem);
+    const bool warm = geometric && options_.warm_geometric_pass;
+    const Image<DepthInterval> hull = warm ? WholeRange(problem) : Hull(view, problem);
     MatchState state = InitialState(problem, options_, hull, geometric ? maps_.Get(view).get() : nullptr);
     constexpr int kDirections[4][2] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
     for (int i = 0; i < 4 * iterations; ++i) {
-      const Sweep sweep{kDirections[i % 4][0], kDirections[i % 4][1], std::exp2(-float(i) / 4),
-                        float(i) / float(4 * iterations), first_sweep + i};
+      const Sweep sweep{kDirections[i % 4][0],
+                        kDirections[i % 4][1],
+                        (warm ? 0.25f : 1) * std::exp2(-float(i) / 4),
+                        float(i) / float(4 * iterations),
+                        warm ? 0.01f : 0,
+                        first_sweep + i};
       RunSweep(problem, options_, hull, sweep, state, progress_);
     }
     const bool last = geometric || options_.geometric_iterations == 0;

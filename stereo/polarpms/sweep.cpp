@@ -15,7 +15,8 @@ namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
 constexpr int kMaxSources = 32;
-using SeenBy = std::array<Seen, kMaxSources>;  // a point in each source
+// A point in each source; filled where it is asked for.
+using SeenBy = std::array<Seen, kMaxSources>;
 
 Random PixelRandom(const Problem& problem, const StereoOptions& options, int x, int y, int sweep) {
   const auto pixel = std::uint64_t(y) * std::uint64_t(problem.reference->gray.width()) + std::uint64_t(x);
@@ -31,9 +32,16 @@ struct Pixel {
   int x = 0, y = 0;
   Eigen::Vector3f ray;
   Patch patch;
-  std::array<Neighbour, 4> neighbours;    // behind and ahead on the line, and on the two lines beside it
-  std::array<int, kMaxSources> counts{};  // how often each source was drawn
-  int total_count = 0;
+  std::array<Neighbour, 4> neighbours;  // behind and ahead on the line, and on the two lines beside it
+  // The sources that were drawn, the most often drawn first, and their shares of all draws.
+  struct Drawn {
+    std::size_t source;
+    float share;
+    float count;
+  };
+  std::array<Drawn, kMaxSources> drawn;
+  std::size_t drawn_count = 0;
+  std::span<const Drawn> Sources() const { return {drawn.data(), drawn_count}; }
 };
 
 class LineSweeper {
@@ -127,8 +135,15 @@ class LineSweeper {
           sweep_.selection_memory * state_.selection[at + s] + (1 - sweep_.selection_memory) * seen;
       weights[s] = kept * prior_(problem_, problem_.sources[s], x, y, pixel.ray, current);
     }
-    DrawSources({weights.data(), sources_}, options_.samples, random, {pixel.counts.data(), sources_});
-    for (std::size_t s = 0; s < sources_; ++s) pixel.total_count += pixel.counts[s];
+    std::array<int, kMaxSources> counts;
+    DrawSources({weights.data(), sources_}, options_.samples, random, {counts.data(), sources_});
+    int total = 0;
+    for (std::size_t s = 0; s < sources_; ++s) total += counts[s];
+    for (std::size_t s = 0; s < sources_; ++s)
+      if (counts[s])
+        pixel.drawn[pixel.drawn_count++] = {s, float(counts[s]) / float(total), float(counts[s])};
+    std::stable_sort(pixel.drawn.begin(), pixel.drawn.begin() + std::ptrdiff_t(pixel.drawn_count),
+                     [](const Pixel::Drawn& l, const Pixel::Drawn& r) { return l.count > r.count; });
   }
 
   void Update(int x, int y, const float* backward, std::vector<float>& forward) const {
@@ -165,7 +180,10 @@ class LineSweeper {
     const Neighbour& behind = pixel.neighbours[0];
     if (behind.estimate.depth > 0)
       consider({DepthOnPlane(behind.estimate, behind.ray, pixel.ray), behind.estimate.normal});
-    const Hypothesis drawn{RandomDepth(hull_(pixel.x, pixel.y), random), RandomNormal(pixel.ray, random)};
+    const float near_by = sweep_.random_depth;
+    const float depth = near_by > 0 ? current.depth * random.Uniform(1 - near_by, 1 + near_by)
+                                    : RandomDepth(hull_(pixel.x, pixel.y), random);
+    const Hypothesis drawn{depth, RandomNormal(pixel.ray, random)};
     const float change = sweep_.perturbation * float(options_.depth_perturbation);
     const Hypothesis perturbed{
         current.depth * random.Uniform(1 - change, 1 + change),
@@ -180,7 +198,6 @@ class LineSweeper {
     const auto labels = AopLabels(random.Below(3));
     consider(
         {current.depth, ClosedFormNormal(pixel, {current.depth, current.normal}, AopLabels::kFromNormal)});
-    consider({current.depth, ClosedFormNormal(pixel, {current.depth, drawn.normal}, labels)});
     consider({also, ClosedFormNormal(pixel, {also, current.normal}, labels)});
   }
 
@@ -189,9 +206,8 @@ class LineSweeper {
     std::size_t count = 0;
     const PolarSample& own = problem_.reference->polar(pixel.x, pixel.y);
     if (own.weight > 0) constraints[count++] = MakeAopConstraint(own, pixel.ray.x(), pixel.ray.y());
-    for (std::size_t s = 0; s < sources_; ++s) {
-      if (!pixel.counts[s]) continue;
-      const Source& source = problem_.sources[s];
+    for (const Pixel::Drawn& drawn : pixel.Sources()) {
+      const Source& source = problem_.sources[drawn.source];
       const Seen seen = Look(source, start.depth * pixel.ray);
       if (!seen.inside()) continue;
       AopConstraint constraint = MakeAopConstraint(source.view->polar(seen.u, seen.v), seen.x, seen.y);
@@ -207,12 +223,13 @@ class LineSweeper {
     PolarimetricCost cost(normalised_polarization_);
     const PolarSample& own = problem_.reference->polar(pixel.x, pixel.y);
     cost.Add(own, residual_(own, hypothesis.normal, pixel.ray.x(), pixel.ray.y()), 1);
-    for (std::size_t s = 0; s < sources_; ++s) {
-      if (!pixel.counts[s] || !seen[s].inside()) continue;
-      const Source& source = problem_.sources[s];
-      const PolarSample& sample = source.view->polar(seen[s].u, seen[s].v);
+    for (const Pixel::Drawn& drawn : pixel.Sources()) {
+      const Seen& there = seen[drawn.source];
+      if (!there.inside()) continue;
+      const Source& source = problem_.sources[drawn.source];
+      const PolarSample& sample = source.view->polar(there.u, there.v);
       const Eigen::Vector3f normal = source.rotation * hypothesis.normal;
-      cost.Add(sample, residual_(sample, normal, seen[s].x, seen[s].y), float(pixel.counts[s]));
+      cost.Add(sample, residual_(sample, normal, there.x, there.y), drawn.count);
     }
     return cost.Value();
   }
@@ -240,23 +257,23 @@ class LineSweeper {
     if (cost >= bound) return cost;
     const Eigen::Vector3f point = hypothesis.depth * pixel.ray;
     SeenBy seen;
-    for (std::size_t s = 0; s < sources_; ++s)
-      if (silhouettes_ || (pixel.counts[s] && (polarized_ || geometric_)))
-        seen[s] = Look(problem_.sources[s], point);
+    if (silhouettes_)
+      for (std::size_t s = 0; s < sources_; ++s) seen[s] = Look(problem_.sources[s], point);
+    else if (polarized_ || geometric_)
+      for (const Pixel::Drawn& d : pixel.Sources()) seen[d.source] = Look(problem_.sources[d.source], point);
     if (silhouettes_ && OutsideHull(seen)) cost += 1;
     if (polarized_) cost += float(options_.polarization_weight) * PolarizationTerm(pixel, hypothesis, seen);
-    const float share = 1 / float(pixel.total_count);
+    if (geometric_)
+      for (const Pixel::Drawn& d : pixel.Sources())
+        cost += d.share * float(options_.geometric_weight) * 0.5f *
+                GeometricError(problem_.reference->camera, problem_.sources[d.source], seen[d.source],
+                               pixel.ray, float(options_.geometric_max_px));
     const float photometric_weight =
         geometric_ ? 1 + float(options_.geometric_weight) : 1;  // F_pho + tau_geo F_geo
-    for (std::size_t s = 0; s < sources_ && geometric_; ++s)
-      if (pixel.counts[s])
-        cost += share * float(pixel.counts[s]) * float(options_.geometric_weight) * 0.5f *
-                GeometricError(problem_.reference->camera, problem_.sources[s], seen[s], pixel.ray,
-                               float(options_.geometric_max_px));
-    for (std::size_t s = 0; s < sources_ && cost < bound; ++s)
-      if (pixel.counts[s])
-        cost += share * float(pixel.counts[s]) * photometric_weight *
-                (known ? known[s] : Match(pixel, hypothesis, s));
+    for (const Pixel::Drawn& d : pixel.Sources()) {
+      if (cost >= bound) break;
+      cost += d.share * photometric_weight * (known ? known[d.source] : Match(pixel, hypothesis, d.source));
+    }
     return cost;
   }
 

@@ -21,6 +21,7 @@ struct Sweep {
   int dx = 1, dy = 0;
   float perturbation = 1;      // 1 halving every iteration
   float selection_memory = 0;  // share of the last sweep's selection probability that is kept
+  float random_depth = 0;      // random depths: within this share of the current one; 0: anywhere in the hull
   int index = 0;               // key of the random numbers; grows over both passes
 };
 

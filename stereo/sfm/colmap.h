@@ -33,6 +33,11 @@ class Colmap {
   int Run(const std::string& command, const std::vector<ColmapOption>& options, const std::string& step,
           std::size_t total, const std::string& counted);
 
+  // Whether the command exists and has the option.
+  bool Knows(const std::string& command, const std::string& option) {
+    return KnownOptions(command).contains(option);
+  }
+
   // The last complaints in the log, for error messages; "" if there are none.
   std::string Complaint() const;
 

@@ -31,16 +31,21 @@ void Query(sqlite3* database, const std::filesystem::path& path, const char* que
   if (result != SQLITE_DONE) Fail(database, path);
 }
 
+Connection Open(const std::filesystem::path& path) {
+  sqlite3* raw = nullptr;
+  const int opened = sqlite3_open_v2(path.c_str(), &raw, SQLITE_OPEN_READONLY, nullptr);
+  Connection database(raw, sqlite3_close);
+  if (opened != SQLITE_OK) Fail(raw, path);
+  return database;
+}
+
 constexpr std::int64_t kPairFactor = 2147483647;  // pair_id = smaller id * factor + larger id
 
 }  // namespace
 
 std::map<std::string, DatabaseImage> ReadDatabase(const std::filesystem::path& path) {
-  sqlite3* raw = nullptr;
-  const int opened = sqlite3_open_v2(path.c_str(), &raw, SQLITE_OPEN_READONLY, nullptr);
-  const Connection database(raw, sqlite3_close);
-  if (opened != SQLITE_OK) Fail(raw, path);
-
+  const Connection connection = Open(path);
+  sqlite3* raw = connection.get();
   std::map<std::uint32_t, std::string> names;
   std::map<std::string, DatabaseImage> images;
   Query(raw, path, "SELECT image_id, camera_id, name FROM images", [&](sqlite3_stmt* row) {
@@ -62,6 +67,31 @@ std::map<std::string, DatabaseImage> ReadDatabase(const std::filesystem::path& p
     }
   });
   return images;
+}
+
+std::map<std::string, Descriptors> ReadDescriptors(const std::filesystem::path& path) {
+  const Connection connection = Open(path);
+  bool has_table = false;
+  Query(connection.get(), path, "SELECT name FROM sqlite_master WHERE name = 'descriptors'",
+        [&](sqlite3_stmt*) { has_table = true; });
+  std::map<std::string, Descriptors> all;
+  if (!has_table) return all;
+  bool fits = true;
+  Query(connection.get(), path,
+        "SELECT images.name, rows, cols, data FROM descriptors JOIN images ON images.image_id = "
+        "descriptors.image_id",
+        [&](sqlite3_stmt* row) {
+          const auto* name = reinterpret_cast<const char*>(sqlite3_column_text(row, 0));
+          const auto rows = sqlite3_column_int64(row, 1), columns = sqlite3_column_int64(row, 2);
+          const auto* bytes = static_cast<const std::uint8_t*>(sqlite3_column_blob(row, 3));
+          const std::int64_t size = sqlite3_column_bytes(row, 3);
+          fits = fits && name && columns == Descriptors::kSize && rows * columns == size;
+          if (!fits) return;
+          Descriptors descriptors{name, {}};
+          if (size > 0) descriptors.values.assign(bytes, bytes + size);
+          all[name] = std::move(descriptors);
+        });
+  return fits ? all : std::map<std::string, Descriptors>{};
 }
 
 }  // namespace polarscan

@@ -4,6 +4,9 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <vector>
+
+#include "stereo/sfm/feature_matching.h"
 
 namespace polarscan {
 
@@ -17,5 +20,8 @@ struct DatabaseImage {
 // The pictures in COLMAP's SQLite database by name (3.8 to 4.x; read only). Throws Error if it is missing or
 // damaged.
 std::map<std::string, DatabaseImage> ReadDatabase(const std::filesystem::path& path);
+
+// The descriptors of all pictures, by name; empty if the database holds none, or none of SIFT's size.
+std::map<std::string, Descriptors> ReadDescriptors(const std::filesystem::path& path);
 
 }  // namespace polarscan

@@ -5,6 +5,7 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "core/error.h"
 #include "core/files.h"
@@ -14,6 +15,7 @@ namespace polarscan {
 namespace {
 
 namespace fs = std::filesystem;
+constexpr int kOverlap = 10;  // neighbours on each side that "sequential" matches
 
 std::string Threads(const SfmOptions& options) {
   if (options.threads > 0) return std::to_string(options.threads);
@@ -114,6 +116,49 @@ void CheckFeatures(const Mapping& m, int exit_code) {
         "give known poses (sparse/)");
 }
 
+std::vector<ColmapOption> MatcherOptions(const Mapping& m) {
+  return {{{"database_path"}, m.database(), true},
+          {{"FeatureMatching.use_gpu", "SiftMatching.use_gpu"}, "0"},
+          {{"FeatureMatching.num_threads", "SiftMatching.num_threads"}, Threads(m.options)},
+          {{"random_seed"}, std::to_string(m.options.seed)}};
+}
+
+// COLMAP's own matchers: search trees on the CPU.
+int MatchByColmap(const Mapping& m, const std::string& matcher) {
+  const bool exhaustive = matcher == "exhaustive";
+  const int count = int(m.views.size()), block = std::max(5, (count + 3) / 4);
+  const int blocks = (count + block - 1) / block;
+  std::vector<ColmapOption> options = MatcherOptions(m);
+  options.insert(options.end(), {{{"ExhaustiveMatching.block_size"}, std::to_string(block)},
+                                 {{"SequentialMatching.overlap"}, std::to_string(kOverlap)},
+                                 {{"SequentialMatching.quadratic_overlap"}, "1"},
+                                 {{"SequentialMatching.loop_detection"}, "0"}});
+  const std::size_t steps = exhaustive ? std::size_t(blocks * blocks) : m.views.size();
+  return m.colmap.Run(matcher + "_matcher", options, "matching", steps,
+                      exhaustive ? "Matching block" : "Matching image");
+}
+
+// Our own, faster matching, which COLMAP then only verifies; nothing if that is not possible (a COLMAP that
+// cannot import matches, other features than SIFT, names with spaces).
+std::optional<int> MatchByUs(const Mapping& m, const std::string& matcher) {
+  if (!m.colmap.Knows("matches_importer", "match_list_path")) return {};
+  const auto all = ReadDescriptors(m.database());
+  std::vector<Descriptors> pictures;
+  for (const View& view : m.views) {
+    const auto found = all.find(view.PictureName());
+    if (found == all.end() || found->first.find_first_of(" \t") != std::string::npos) return {};
+    pictures.push_back(found->second);
+  }
+  const int count = int(pictures.size());
+  const auto pairs = matcher == "exhaustive" ? AllPairs(count) : NeighbourPairs(count, kOverlap);
+  const fs::path list = m.folder / "matches.txt";
+  WriteFileAtomically(list, MatchPairs(pictures, pairs, m.progress));
+  std::vector<ColmapOption> options = MatcherOptions(m);
+  options.push_back({{"match_list_path"}, list, true});
+  options.push_back({{"match_type"}, "raw", true});
+  return m.colmap.Run("matches_importer", options, "verifying matches", pairs.size(), "Elapsed");
+}
+
 }  // namespace
 
 std::map<std::string, DatabaseImage> ReadDatabase(const Mapping& m) { return ReadDatabase(m.database()); }
@@ -133,26 +178,12 @@ void ExtractFeatures(const Mapping& m) {
 }
 
 void MatchFeatures(const Mapping& m, const std::string& matcher) {
-  const bool exhaustive = matcher == "exhaustive";
-  const int count = int(m.views.size()), block = std::max(5, (count + 3) / 4);
-  const int blocks = (count + block - 1) / block;
-  std::vector<ColmapOption> options = {
-      {{"database_path"}, m.database(), true},
-      {{"FeatureMatching.use_gpu", "SiftMatching.use_gpu"}, "0"},
-      {{"FeatureMatching.num_threads", "SiftMatching.num_threads"}, Threads(m.options)},
-      {{"random_seed"}, std::to_string(m.options.seed)},
-      {{"ExhaustiveMatching.block_size"}, std::to_string(block)},
-      {{"SequentialMatching.overlap"}, "10"},
-      {{"SequentialMatching.quadratic_overlap"}, "1"},
-      {{"SequentialMatching.loop_detection"}, "0"},
-  };
-  const std::size_t steps = exhaustive ? std::size_t(blocks * blocks) : m.views.size();
-  const int exit_code = m.colmap.Run(matcher + "_matcher", options, "matching", steps,
-                                     exhaustive ? "Matching block" : "Matching image");
+  const int exit_code = MatchByUs(m, matcher).value_or(-1);
+  const int code = exit_code >= 0 ? exit_code : MatchByColmap(m, matcher);
   const auto images = ReadDatabase(m);
   if (std::ranges::none_of(images, [](const auto& image) { return image.second.partners > 0; }))
     throw Error(fmt::format("COLMAP found no two pictures that match (exit code {}, last complaint: \"{}\")",
-                            exit_code, m.colmap.Complaint()),
+                            code, m.colmap.Complaint()),
                 (m.folder / "colmap.log").string(),
                 "Neighbouring pictures must overlap by about 75 % and show some texture: put a printed sheet "
                 "under the "

@@ -14,7 +14,7 @@ namespace polarscan {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr std::size_t kExhaustiveLimit = 100;  // pictures: 4950 pairs
+constexpr std::size_t kExhaustiveLimit = 40;  // pictures: 780 pairs
 
 // Hash of pictures, known model and options: all that the result depends on.
 std::string ResultHash(const fs::path& folder, const std::vector<View>& views,
@@ -113,7 +113,7 @@ OptionTable Table(SfmOptions& o) {
       {"matcher",
        &o.matcher,
        "which pictures are compared: all pairs, or neighbours in the order of names; auto: all pairs up to "
-       "100 pictures",
+       "40 pictures",
        "",
        0,
        0,
