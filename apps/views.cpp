@@ -192,7 +192,7 @@ void MakeStokesViews(const Input& input, const fs::path& folder, const DemosaicO
   progress.Begin("Stokes views", todo.size());
   ForEachBounded(todo, [&](int i) {
     progress.Check();
-    WriteView(input, i, options, scale, store);
+    WriteView(input, i, options, scale, store, progress);
     store.Record(input.views[std::size_t(i)].name, key(i));
     progress.Advance();
   });
