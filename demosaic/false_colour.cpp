@@ -35,6 +35,10 @@ bool HasValue(const StokesImage& view, int x, int y) {
   return view.s0(x, y) > 0 && (view.noise.empty() || std::isfinite(view.noise(x, y)));
 }
 
+// Brightness of a share of the full degree of polarization: the root, so that weak polarization still shows
+// its angle.
+float Strength(float share) { return std::sqrt(std::min(share, 1.f)); }
+
 // The picture of width x height whose pixel (x, y) is colour(x, y).
 Image<Rgb8> Paint(int width, int height, const std::function<Rgb8(int, int)>& colour) {
   Image<Rgb8> picture(width, height);
@@ -73,7 +77,7 @@ Image<Rgb8> AopPicture(const StokesImage& view, float dop_full) {
   return Paint(view.s0.width(), view.s0.height(), [&](int x, int y) {
     if (!HasValue(view, x, y)) return kNoData;
     const float s1 = view.s1(x, y), s2 = view.s2(x, y);
-    return AopColour(std::atan2(s2, s1) / 2, std::hypot(s1, s2) / view.s0(x, y) / dop_full);
+    return AopColour(std::atan2(s2, s1) / 2, Strength(std::hypot(s1, s2) / view.s0(x, y) / dop_full));
   });
 }
 
@@ -103,7 +107,8 @@ Image<Rgb8> NormalPicture(const Image<Eigen::Vector3f>& normal) {
 }
 
 Image<Rgb8> AopWheel(int size_px) {
-  return PaintDisc(size_px, [](float u, float v) { return AopColour(std::atan2(v, u), std::hypot(u, v)); });
+  return PaintDisc(size_px,
+                   [](float u, float v) { return AopColour(std::atan2(v, u), Strength(std::hypot(u, v))); });
 }
 
 Image<Rgb8> NormalBall(int size_px) {

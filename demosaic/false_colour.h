@@ -28,7 +28,9 @@ Rgb8 ColourAt(const Palette& palette, float t);
 // radians, any turn, anticlockwise as displayed from +x (docs/conventions.md).
 Rgb8 AopColour(float aop_rad, float strength = 1);
 
-// dop_full is the degree of polarization shown at full strength; kNoData where noise is infinite or S0 <= 0.
+// dop_full is the degree of polarization shown at full strength (the strength of the AoP picture is the
+// square root of DoP / dop_full: weak polarization still shows its angle). kNoData where noise is infinite or
+// S0 <= 0.
 Image<Rgb8> AopPicture(const StokesImage& view, float dop_full = 1);
 Image<Rgb8> DopPicture(const StokesImage& view, float dop_full = 1);
 

@@ -400,7 +400,8 @@ class Viewer {
     this.cameras.forEach((camera, index) => {
       if (!camera) return;
       const strong = index === this.selected || index === this.hovered;
-      const style = strong ? [...accent, 1, 2.5 * devicePixelRatio] : [...grey, 0.75, 1.2 * devicePixelRatio];
+      const fade = clamp(length(sub(this.eye, camera.center)) / this.frustum / 3 - 1, 0, 1);  // none before one's nose
+      const style = strong ? [...accent, fade, 2.5 * devicePixelRatio] : [...grey, 0.75 * fade, 1.2 * devicePixelRatio];
       const c = this.frustumCorners(camera);
       const top = scale(add(c[0], c[1]), 0.5), up = scale(sub(c[0], c[3]), 0.25);
       const tip = add(top, up), near_a = add(c[0], scale(sub(c[1], c[0]), 0.35)), near_b = add(c[1], scale(sub(c[0], c[1]), 0.35));
@@ -431,10 +432,10 @@ class Viewer {
     gl.depthMask(true);
   }
 
-  // The selected camera's picture on its frustum, unless the eye is inside.
+  // The selected camera's picture on its frustum, unless the eye is near or inside.
   paintPlate() {
     const gl = this.gl, camera = this.cameras[this.selected];
-    if (!camera || !this.has_picture || length(sub(this.eye, camera.center)) < 2 * this.frustum) return;
+    if (!camera || !this.has_picture || length(sub(this.eye, camera.center)) < 4 * this.frustum) return;
     gl.useProgram(this.plate.program);
     gl.uniformMatrix4fv(this.plate.uniforms.clip_from_world, false, this.clip_from_world);
     gl.uniform3fv(this.plate.uniforms.corners, this.frustumCorners(camera).flat());
@@ -453,7 +454,7 @@ class Viewer {
       if (!camera) return;
       const middle = scale(this.frustumCorners(camera).reduce(add), 0.25);
       const [a, b] = [this.project(camera.center), this.project(middle)];
-      if (a[2] <= this.near || b[2] <= this.near) return;
+      if (a[2] <= this.near || b[2] <= this.near || length(sub(this.eye, camera.center)) < 3 * this.frustum) return;
       const [dx, dy] = [b[0] - a[0], b[1] - a[1]];
       const t = clamp(((x - a[0]) * dx + (y - a[1]) * dy) / (dx * dx + dy * dy || 1), 0, 1);
       const distance = Math.hypot(a[0] + t * dx - x, a[1] + t * dy - y);

@@ -226,6 +226,52 @@ TEST_F(Report3d, AnotherColourChangesThePicture) {
         << layer;
 }
 
+// What a script in the page finds when it drags, turns the wheel, pinches, clicks a camera and presses keys.
+constexpr const char* kHands = R"(<script>
+const canvas = byId("canvas"), found = {}, near = (a, b) => Math.abs(a - b) < 1e-9;
+canvas.setPointerCapture = () => {};
+const point = (type, id, x, y, buttons = 1, button = 0) => canvas.dispatchEvent(new PointerEvent(type, { bubbles: true,
+  pointerId: id, clientX: canvas.getBoundingClientRect().x + x, clientY: canvas.getBoundingClientRect().y + y, buttons, button }));
+const key = (name, shiftKey = false) => canvas.dispatchEvent(new KeyboardEvent("keydown", { key: name, shiftKey }));
+viewer.paint();
+const yaw = viewer.yaw, distance = viewer.distance;
+point("pointerdown", 1, 300, 200); point("pointermove", 1, 360, 200); point("pointerup", 1, 360, 200);
+found.drag_right_turns_right = viewer.yaw < yaw && near(viewer.distance, distance);
+const at = viewer.project(viewer.center), buttons = 2;
+point("pointerdown", 1, 300, 200, 2, 2); point("pointermove", 1, 340, 170, 2, 2); point("pointerup", 1, 340, 170, 0, 2);
+viewer.paint();
+const moved = viewer.project(viewer.center);
+found.right_drag_moves_with_the_hand = Math.abs(moved[0] - at[0] - 40) < 3 && Math.abs(moved[1] - at[1] + 30) < 3;
+canvas.dispatchEvent(new WheelEvent("wheel", { deltaY: -100, cancelable: true }));
+found.wheel_up_comes_nearer = viewer.distance < distance;
+const before = viewer.distance;
+point("pointerdown", 1, 300, 200); point("pointerdown", 2, 400, 200); point("pointermove", 2, 500, 200);
+found.spreading_fingers_halves_the_distance = near(viewer.distance, before / 2);
+point("pointerup", 1, 300, 200); point("pointerup", 2, 500, 200);
+viewer.goHome(); viewer.paint();
+const c = viewer.cameras[5], place = viewer.project(c.center);
+viewer.on.select(0);
+point("pointerdown", 1, place[0], place[1]); point("pointerup", 1, place[0], place[1], 0);
+found.click_selects_a_camera = state.view === 5 && byId("selected-name").textContent === data.views[5].name;
+key("n"); found.n_is_the_next_camera = state.view === 0;
+key("p"); found.p_is_the_one_before = state.view === 5;
+const far = viewer.distance; key("+"); found.plus_comes_nearer = viewer.distance < far;
+const pitch = viewer.pitch; key("ArrowUp"); found.arrow_up_looks_from_above = viewer.pitch > pitch;
+const target = viewer.target; key("ArrowLeft", true); found.shift_arrow_moves = viewer.target !== target;
+document.documentElement.dataset.hands = Object.entries(found).filter(([, right]) => !right).map(([name]) => name).join(" ") || "all right";
+</script>)";
+
+TEST_F(Report3d, HandsAndKeysTurnMoveZoomAndSelect) {
+  std::string html = Report(scan());
+  html.insert(html.rfind("</body>"), kHands);
+  WriteFileAtomically(scan() / "hands.html", html);
+  const Shown shown = Show(scan() / "hands.html", "");
+  EXPECT_EQ(shown.console, "");
+  const std::size_t at = shown.dom.find("data-hands=\"");
+  ASSERT_NE(at, std::string::npos);
+  EXPECT_EQ(shown.dom.substr(at + 12, shown.dom.find('"', at + 12) - at - 12), "all right");
+}
+
 TEST_F(Report3d, SaysInWordsWhatTheScanDoesNotHave) {
   fs::remove(scan() / "cloud.ply");
   fs::remove_all(scan() / "dense/stereo");

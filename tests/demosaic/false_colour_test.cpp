@@ -40,9 +40,9 @@ TEST(FalseColour, AopColoursRepeatEveryHalfTurn) {
   ExpectNear(AopColour(kPi - 1e-4f), AopColour(1e-4f), 1);
 }
 
-TEST(FalseColour, ValueOfTheAopPictureIsTheDegreeOfPolarization) {
+TEST(FalseColour, ValueOfTheAopPictureIsTheRootOfTheDegreeOfPolarization) {
   ExpectNear(AopPicture(Pixel(2, 1, 0), 1)(0, 0), {255, 0, 0}, 1);
-  ExpectNear(AopPicture(Pixel(2, 0.2f, 0), 0.4f)(0, 0), {128, 0, 0}, 1);
+  ExpectNear(AopPicture(Pixel(2, 0.1f, 0), 0.4f)(0, 0), {128, 0, 0}, 1);
   ExpectNear(AopPicture(Pixel(0.3f, 0.8f, kPi / 2), 0.4f)(0, 0), {0, 255, 255}, 1);
   ExpectNear(AopPicture(Pixel(1, 0, 0.3f), 1)(0, 0), {0, 0, 0}, 0);
 }
