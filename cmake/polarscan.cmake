@@ -12,9 +12,11 @@ function(polarscan_library name)
 endfunction()
 
 function(polarscan_warnings target)
-  # The two that are off give false alarms inside of std::string and Eigen with g++ 12.
-  target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Wno-restrict -Wno-maybe-uninitialized
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wnon-virtual-dtor
                          $<$<BOOL:${POLARSCAN_WERROR}>:-Werror>)
+  if(POLARSCAN_WERROR)  # two warnings give false alarms inside of std::string and Eigen with g++ 12
+    target_compile_options(${target} PRIVATE -Wno-error=restrict -Wno-error=maybe-uninitialized)
+  endif()
 endfunction()
 
 # polarscan_tests(FOLDER DEPENDS...): one GoogleTest program from tests/FOLDER/*.cpp. Each test has a limit of its own.
