@@ -117,7 +117,11 @@ int Colmap::Run(const std::string& command, const std::vector<ColmapOption>& opt
   std::ofstream(log_, std::ios::app) << fmt::format("\n$ {}\n", fmt::join(argv, " "));
   progress_.Begin(step, total, "picture");
   LogCounter counter(log_, counted, total, progress_);
-  return RunProcess(argv, log_, progress_, 0, [&counter] { counter(); }).exit_code;
+  const int exit_code = RunProcess(argv, log_, progress_, 0, [&counter] { counter(); }).exit_code;
+  if (exit_code != 0)
+    progress_.Warn(fmt::format("colmap {} ended with exit code {} ({}); see {}", command, exit_code,
+                               Complaint().empty() ? "no complaint" : Complaint(), log_.string()));
+  return exit_code;
 }
 
 std::string Colmap::Complaint() const {
