@@ -137,10 +137,12 @@ double UpdateScale(const Input& input, const DemosaicOptions& options,
   return scale;
 }
 
-void WriteView(const Input& input, int index, const DemosaicOptions& options, double scale,
-               ViewStore& store) {
+void WriteView(const Input& input, int index, const DemosaicOptions& options, double scale, ViewStore& store,
+               const Progress& progress) {
   const LoadedView loaded = ReadView(input, index);
+  progress.Check();
   const PolarView view = MakeView(input, loaded, options);
+  progress.Check();
   WriteStokes(store.StokesPath(loaded.name), view.stokes);
   WritePicture(store.PicturePath(loaded.name), view, scale);
   if (loaded.mask.empty()) {
