@@ -111,6 +111,8 @@ nlohmann::json EvaluateCloud(const std::vector<Eigen::Vector3d>& points,
   const auto samples = SampleSurface(truth.object(), options.samples, seed);
   const auto counted = VisibleSamples(samples, cameras, options.seen_by, truth, progress);
   progress.Advance();
+  if (counted.empty())
+    progress.Warn("the cameras see nothing of the true object: cameras and truth may be in different frames");
   const std::vector<double> completeness = NearestDistances(object.points, counted);
   progress.Advance();
   const double area = SurfaceArea(truth.object());

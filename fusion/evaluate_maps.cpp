@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -136,6 +137,8 @@ nlohmann::json EvaluateMaps(const Workspace& workspace, const Similarity& truth_
   if (reports.empty())
     throw Error(fmt::format("there are no {} maps", kind), (workspace.folder / "stereo").string(),
                 "Run polarscan stereo first");
+  if (std::ranges::all_of(reports, [](const auto& report) { return report.at("object_pixels") == 0; }))
+    progress.Warn("the cameras see nothing of the true object: cameras and truth may be in different frames");
   return {{"kind", kind},
           {"views", reports.size()},
           {"views_without_maps", workspace.views.size() - reports.size()},
