@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <stdexcept>
 
 #include "core/files.h"
 #include "core/image_io.h"
@@ -61,7 +62,8 @@ Shown Show(const fs::path& html, const std::string& address) {
                "--user-data-dir=" + (folder / "profile").string(), "--enable-logging=stderr", "--v=0",
                "--window-size=" + std::to_string(kWidth) + "," + std::to_string(kHeight),
                "--screenshot=" + shot.string(), "--dump-dom", "file://" + html.string() + "#" + address})
-          .Wait(120);
+          .Wait(140);
+  if (!fs::exists(shot)) throw std::runtime_error("chromium took no picture:\n" + outcome.err);
   Shown shown{ReadPicture(shot), outcome.out, ""};
   for (std::size_t at = 0; (at = outcome.err.find("CONSOLE", at)) != std::string::npos; ++at)
     shown.console += outcome.err.substr(at, outcome.err.find('\n', at) - at) + "\n";
