@@ -66,8 +66,10 @@ TEST(FeatureMatching, AgreesWithTheRuleWrittenDownNaively) {
   const Descriptors a = RandomDescriptors("a.png", 80, 5);
   Descriptors b = Reversed(a);
   Random random(3);
-  for (std::int16_t& value : b.values)
-    value = std::int16_t(std::clamp(int(value) + int(random.Below(61)) - 30, 0, 255));
+  for (std::size_t i = 0; i < b.values.size(); ++i) {  // the later the row, the noisier
+    const int spread = 2 * int(i / 128), noise = int(random.Below(std::uint32_t(2 * spread + 1))) - spread;
+    b.values[i] = std::int16_t(std::clamp(int(b.values[i]) + noise, 0, 255));
+  }
   const auto angle = [&](int i, int j) {
     double sum = 0;
     for (int k = 0; k < 128; ++k)
