@@ -269,7 +269,6 @@ CloudSummary FuseCloud(const Workspace& workspace, const std::filesystem::path& 
   WriteCloud(
       cloud_ply, fusion.points,
       "confidence = 1 - exp(-sum of sin(angle to the first view) (1 - residual) over the agreeing views)");
-  progress.Info(Explain(fusion.counts, fusion.min_views));
   return Summarize(fusion, kind);
 }
 
