@@ -6,11 +6,9 @@
 #include <tbb/parallel_pipeline.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include "apps/view_store.h"
-#include "core/error.h"
 #include "core/files.h"
 #include "core/parallel.h"
 
@@ -21,38 +19,6 @@ namespace fs = std::filesystem;
 
 constexpr int kViewsAtOnce = 4, kScaleViews = 8;
 constexpr double kScalePercentile = 0.995, kScalePixels = 50e3;
-
-// Values of aop/ in radians, anticlockwise or not as the source has it.
-Image<float> AopRadians(const Picture& picture, const std::string& scale) {
-  constexpr double kPi = 3.14159265358979323846;
-  const bool radians = scale == "radians" || (scale == "auto" && picture.bits == 32);
-  const double unit = radians ? 1 : scale == "degrees" ? kPi / 180 : kPi / picture.full_scale;
-  Image<float> aop = picture.planes[0];
-  for (float& value : aop.pixels()) value = float(value * unit);
-  return aop;
-}
-
-Image<float> Dop(const Picture& picture) {
-  Image<float> dop = picture.planes[0];
-  for (float& value : dop.pixels()) value /= picture.full_scale;
-  return dop;
-}
-
-PolarView MakeUnmirrored(const Input& input, const LoadedView& loaded, const DemosaicOptions& options) {
-  const std::vector<Picture>& p = loaded.pictures;
-  switch (input.kind) {
-    case InputKind::kMosaic:
-      return ViewFromMosaic(p[0].planes[0], input.sensor, FindDemosaicMethod(options.method));
-    case InputKind::kAngles:
-      return ViewFromAngles({&p[0], &p[1], &p[2], &p[3]}, input.sensor);
-    case InputKind::kStokes:
-      return ViewFromStokes({&p[0], &p[1], &p[2]}, p.size() > 3 ? &p[3].planes[0] : nullptr);
-    case InputKind::kRgbAopDop:
-      return ViewFromAopDop(p[0], AopRadians(p[1], input.aop_scale), Dop(p[2]), input.sensor);
-    default:
-      return ViewFromPhoto(p[0], input.sensor);
-  }
-}
 
 // S0 of the brightest colour at a regular grid of pixels.
 void AddBrightness(const PolarView& view, std::vector<float>& values) {
@@ -166,12 +132,6 @@ void ForEachBounded(const std::vector<int>& items, F&& f) {
 }
 
 }  // namespace
-
-PolarView MakeView(const Input& input, const LoadedView& loaded, const DemosaicOptions& options) {
-  PolarView view = MakeUnmirrored(input, loaded, options);
-  if (input.clockwise) Mirror(view);
-  return view;
-}
 
 void MakeStokesViews(const Input& input, const fs::path& folder, const DemosaicOptions& options,
                      Progress& progress) {
