@@ -87,7 +87,10 @@ TEST(Agreement, ColmapsOwnFusionGivesASimilarCloudFromOurWorkspace) {
   };
   const fs::path theirs = fuse_by_colmap(-0.5, "colmap.ply"), ours = folder.path() / "ours.ply";
   Progress progress;
-  FuseCloud(workspace, ours, {}, progress);
+  FusionOptions options;  // the same limits as COLMAP's
+  options.reprojection_px = 2;
+  options.normal_deg = 30;
+  FuseCloud(workspace, ours, options, progress);
   const SphereFit a = FitSphere(ours), b = FitSphere(theirs),
                   unshifted = FitSphere(fuse_by_colmap(0, "trap.ply"));
   EXPECT_LT(a.rms, 5e-4);
