@@ -75,6 +75,7 @@ void FakeColmap::ExtractorWrites(const std::vector<std::string>& names, int keyp
     if (int(i) + 1 < matched)
       sql += fmt::format("INSERT INTO two_view_geometries VALUES ({}, 50);", (i + 1) * 2147483647 + i + 2);
   }
+  sql += descriptor_table_;
   const auto path = folder_ / "prepared.db";
   std::filesystem::remove(path);
   sqlite3* database = nullptr;
@@ -82,6 +83,14 @@ void FakeColmap::ExtractorWrites(const std::vector<std::string>& names, int keyp
   EXPECT_EQ(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
   sqlite3_close(database);
   On("feature_extractor", "[ -f $database ] || cp prepared.db $database");
+}
+
+void FakeColmap::ImportsMatches() {
+  descriptor_table_ =
+      "CREATE TABLE descriptors (image_id INTEGER, rows INTEGER, cols INTEGER, data BLOB);"
+      "INSERT INTO descriptors SELECT image_id, 20, 128, randomblob(20 * 128) FROM images;";
+  WriteFileAtomically(folder_ / "options",
+                      ReadFile(folder_ / "options") + "  --match_list_path arg\n  --match_type arg\n");
 }
 
 void FakeColmap::MapperWrites(const std::vector<SparseModel>& models) {

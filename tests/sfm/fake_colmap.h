@@ -25,11 +25,14 @@ class FakeColmap {
   // feature_extractor leaves a database with these pictures; the first `matched` of them match their
   // neighbours.
   void ExtractorWrites(const std::vector<std::string>& names, int keypoints, int matched);
+  // From now on pictures have 20 random descriptors each, and matches can be imported.
+  void ImportsMatches();
   // mapper leaves these models in 0, 1, ...
   void MapperWrites(const std::vector<SparseModel>& models);
 
  private:
   std::filesystem::path folder_;
+  std::string descriptor_table_;
 };
 
 }  // namespace polarscan

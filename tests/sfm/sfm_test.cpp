@@ -102,6 +102,22 @@ TEST_F(Sfm, GraphicsCardsAreSwitchedOffInTheWordsOfEachRelease) {
   EXPECT_FALSE(Contains(newer.calls(), "--random_seed"));
 }
 
+TEST_F(Sfm, MatchesAreFoundByUsAndVerifiedByColmapWhereItCanImportThem) {
+  colmap().ImportsMatches();
+  colmap().ExtractorWrites(names, 20, kViews);
+  EXPECT_EQ(Run().images.size(), 10u);
+  EXPECT_TRUE(Contains(colmap().calls(), "matches_importer"));
+  EXPECT_TRUE(Contains(colmap().calls(), "--match_type raw"));
+  EXPECT_FALSE(Contains(colmap().calls(), "exhaustive_matcher"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "sfm/matches.txt"));
+}
+
+TEST_F(Sfm, ACommandThatDiesHalfWayIsSaid) {
+  colmap().On("exhaustive_matcher", "kill -ABRT $$");
+  EXPECT_EQ(Run().images.size(), 10u);
+  EXPECT_TRUE(progress.Heard("exhaustive_matcher ended with exit code 134"));
+}
+
 TEST_F(Sfm, AMissingColmapComesWithTheCommandThatInstallsIt) {
   options.colmap = "no-such-colmap-here";
   EXPECT_TRUE(Contains(RunError(), "sudo apt install colmap"));
