@@ -75,7 +75,7 @@ inline std::vector<DenseView> Ring(int count, double radius = 4, double elevatio
     const double a = 2 * M_PI * i / count, e = elevation_deg * M_PI / 180;
     const Eigen::Vector3d position(radius * std::cos(a) * std::cos(e), radius * std::sin(e),
                                    radius * std::sin(a) * std::cos(e));
-    char name[8];
+    char name[16];
     std::snprintf(name, sizeof name, "%03d", i);
     views.push_back({name, {120, 100, 150, 150, 60, 50}, LookAt(position, {0, 0, 0}), 0, 0, {}});
   }
