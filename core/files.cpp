@@ -27,10 +27,11 @@ struct Descriptor {
 
 [[noreturn]] void ThrowSystemError(const std::string& what, const std::filesystem::path& path) {
   const int code = errno;
-  std::string advice;
-  if (code == ENOSPC || code == EDQUOT) advice = "Free some space and run the same command again";
+  std::string reason = std::strerror(code), advice;
+  if (code == ENOSPC || code == EDQUOT)
+    reason = "disk full", advice = "Free some space and run the same command again";
   if (code == EROFS || code == EACCES || code == EPERM) advice = "Choose a folder that you may write to";
-  throw Error(fmt::format("{} ({})", what, std::strerror(code)), path.string(), advice);
+  throw Error(fmt::format("{} ({})", what, reason), path.string(), advice);
 }
 
 void SyncPath(const std::filesystem::path& path, int flags) {

@@ -177,7 +177,7 @@ TEST_F(Pipeline, TheSameCommandAgainDoesNothingAndAChangedOptionOnlyWhatDependsO
   ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
   EXPECT_EQ(fs::last_write_time(scan / "cloud.ply"), cloud_time);
 
-  ASSERT_EQ(RunPolarscan(Command(scan, {"--fusion-reprojection", "0.8"})).exit_code, 0);
+  ASSERT_EQ(RunPolarscan(Command(scan, {"--fusion-reprojection", "0.6"})).exit_code, 0);
   EXPECT_EQ(fs::last_write_time(scan / "dense/stereo/depth_maps/000.png.geometric.bin"), depth_time);
   EXPECT_GT(fs::last_write_time(scan / "cloud.ply"), cloud_time);
 }
