@@ -9,24 +9,25 @@ namespace {
 constexpr int kSteps = 96;
 
 DepthInterval HullInterval(const Eigen::Vector3f& ray, float depth_min, float depth_max,
-                           std::span<const Source> views) {
-  DepthInterval interval;
-  std::size_t last_excluder = 0;  // the view that excluded the last sample mostly excludes the next one, too
+                           std::span<const Source> views, std::vector<Eigen::Vector3f>& turned_rays) {
+  for (std::size_t k = 0; k < views.size(); ++k) turned_rays[k] = views[k].rotation * ray;
   const float step = (depth_max - depth_min) / kSteps;
-  for (int i = 0; i < kSteps; ++i) {
-    const float depth = depth_min + (float(i) + 0.5f) * step;
-    bool inside = true;
-    for (std::size_t k = 0; inside && k < views.size(); ++k) {
-      const std::size_t view = (k + last_excluder) % views.size();
-      if (!OutsideSilhouette(views[view], Look(views[view], depth * ray))) continue;
-      inside = false;
-      last_excluder = view;
+  std::size_t excluder = 0;  // the view that excluded the last sample mostly excludes the next one, too
+  const auto excluded = [&](int sample) {
+    const float depth = depth_min + (float(sample) + 0.5f) * step;
+    for (std::size_t k = 0; k < views.size(); ++k) {
+      const Source& view = views[excluder];
+      if (OutsideSilhouette(view, LookAt(view, depth * turned_rays[excluder] + view.translation)))
+        return true;
+      excluder = excluder + 1 < views.size() ? excluder + 1 : 0;
     }
-    if (!inside) continue;
-    if (interval.far_depth <= 0) interval.near_depth = depth - step;
-    interval.far_depth = depth + step;
-  }
-  return interval.far_depth > 0 ? interval : DepthInterval{depth_min, depth_max};
+    return false;
+  };
+  int first = 0, last = kSteps - 1;
+  while (first < kSteps && excluded(first)) ++first;
+  if (first == kSteps) return {depth_min, depth_max};
+  while (last > first && excluded(last)) --last;
+  return {depth_min + (float(first) - 0.5f) * step, depth_min + (float(last) + 1.5f) * step};
 }
 
 }  // namespace
@@ -36,9 +37,11 @@ Image<DepthInterval> VisualHull(const Problem& problem, std::span<const Source> 
   Image<DepthInterval> hull(width, height, {problem.depth_min, problem.depth_max});
   if (views.empty()) return hull;
   ParallelFor(0, height, [&](int y) {
+    std::vector<Eigen::Vector3f> turned_rays(views.size());
     for (int x = 0; x < width; ++x)
       if (problem.Active(x, y))
-        hull(x, y) = HullInterval(problem.Ray(x, y), problem.depth_min, problem.depth_max, views);
+        hull(x, y) =
+            HullInterval(problem.Ray(x, y), problem.depth_min, problem.depth_max, views, turned_rays);
   });
   return hull;
 }

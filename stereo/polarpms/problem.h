@@ -22,8 +22,9 @@ struct Source {
   Eigen::Matrix3f rotation;                   // source_from_reference
   Eigen::Vector3f translation;
   Eigen::Vector3f center;          // the source camera's centre in the reference frame
-  Eigen::Matrix3f pixel_rotation;  // K_s R K_r^-1: reference pixels to source pixels for points at infinity
-  Eigen::Vector3f pixel_translation;     // K_s t
+  // The first two columns of K_s R K_r^-1 (it takes reference pixels to source pixels for points at
+  // infinity), and K_s t.
+  Eigen::Vector3f pixel_du, pixel_dv, pixel_translation;
   float fx = 0, fy = 0, cx = 0, cy = 0;  // of the source camera
 };
 
@@ -34,14 +35,19 @@ struct Seen {
   bool inside() const { return u >= 0; }
 };
 
-inline Seen Look(const Source& source, const Eigen::Vector3f& point) {
-  const Eigen::Vector3f p = source.rotation * point + source.translation;
+// p: in the source camera's frame.
+inline Seen LookAt(const Source& source, const Eigen::Vector3f& p) {
   if (p.z() <= 0) return {0, 0, -1, -1};
-  const float x = p.x() / p.z(), y = p.y() / p.z();
+  const float inverse = 1 / p.z(), x = p.x() * inverse, y = p.y() * inverse;
   const float u = source.fx * x + source.cx, v = source.fy * y + source.cy;
   const bool inside =
       u >= 0 && v >= 0 && u < float(source.view->packed.width) && v < float(source.view->packed.height);
   return inside ? Seen{x, y, int(u), int(v)} : Seen{x, y, -1, -1};
+}
+
+// point: in the reference camera's frame.
+inline Seen Look(const Source& source, const Eigen::Vector3f& point) {
+  return LookAt(source, source.rotation * point + source.translation);
 }
 
 // One reference view with all that its estimation needs. Frames: everything in the reference camera's.
@@ -63,8 +69,9 @@ struct Problem {
 Source MakeSource(const StereoView& reference, std::shared_ptr<const StereoView> view,
                   std::shared_ptr<const DepthNormalMap> map);
 
-// The homography of the plane through depth * ray with the hypothesis' normal, around reference pixel (x, y).
-Warp PlaneWarp(const Pinhole& reference, const Source& source, int x, int y, const Eigen::Vector3f& ray,
-               const Hypothesis& hypothesis);
+// The homography of the plane through depth * ray with the hypothesis' normal, around the ray's pixel.
+// turned_ray: source.rotation * ray.
+Warp PlaneWarp(const Pinhole& reference, const Source& source, const Eigen::Vector3f& ray,
+               const Eigen::Vector3f& turned_ray, const Hypothesis& hypothesis);
 
 }  // namespace polarscan

@@ -37,8 +37,8 @@ float CosTriangulation(const Source& source, const Eigen::Vector3f& point) {
   return -point.dot(to_source) / std::sqrt(point.squaredNorm() * to_source.squaredNorm());
 }
 
-float SourcePrior::operator()(const Problem& problem, const Source& source, int x, int y,
-                              const Eigen::Vector3f& ray, const Hypothesis& hypothesis) const {
+float SourcePrior::operator()(const Problem& problem, const Source& source, const Eigen::Vector3f& ray,
+                              const Eigen::Vector3f& turned_ray, const Hypothesis& hypothesis) const {
   const Eigen::Vector3f point = hypothesis.depth * ray, to_source = source.center - point;
   const float cos_triangulation = std::abs(CosTriangulation(source, point));
   float prior = 1;
@@ -48,7 +48,7 @@ float SourcePrior::operator()(const Problem& problem, const Source& source, int 
   }
   const float missing = 1 - std::max(0.0f, hypothesis.normal.dot(to_source) / to_source.norm());
   prior *= std::exp(missing * missing * incident_exponent_);
-  const Warp w = PlaneWarp(problem.reference->camera, source, x, y, ray, hypothesis);
+  const Warp w = PlaneWarp(problem.reference->camera, source, ray, turned_ray, hypothesis);
   const float u = w.u0 / w.w0, v = w.v0 / w.w0;
   const float area =
       std::abs((w.ux - u * w.wx) * (w.vy - v * w.wy) - (w.uy - u * w.wy) * (w.vx - v * w.wx)) / (w.w0 * w.w0);

@@ -35,8 +35,8 @@ class Visibility {
 class SourcePrior {
  public:
   explicit SourcePrior(const StereoOptions& options);
-  float operator()(const Problem& problem, const Source& source, int x, int y, const Eigen::Vector3f& ray,
-                   const Hypothesis& hypothesis) const;
+  float operator()(const Problem& problem, const Source& source, const Eigen::Vector3f& ray,
+                   const Eigen::Vector3f& turned_ray, const Hypothesis& hypothesis) const;
 
  private:
   float min_cos_triangulation_, incident_exponent_;

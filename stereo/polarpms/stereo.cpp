@@ -85,6 +85,13 @@ class StereoStage {
     }
   }
 
+  void RemoveMaps(const std::string& kind) const {
+    for (int view = 0; view < int(workspace_.views.size()); ++view) {
+      fs::remove(workspace_.DepthPath(view, kind));
+      fs::remove(workspace_.NormalPath(view, kind));
+    }
+  }
+
  private:
   std::size_t CacheBytes() const { return std::size_t(options_.cache_gb * 1e9); }
   static std::size_t ViewBytes(const StereoView& v) {
@@ -167,6 +174,8 @@ void EstimateDepths(const fs::path& dense, const StereoOptions& options, Progres
   stage.RunPass(kPhotometric, 0, options.photometric_iterations);
   if (options.geometric_iterations > 0)
     stage.RunPass(kGeometric, 4 * options.photometric_iterations, options.geometric_iterations);
+  else
+    stage.RemoveMaps(kGeometric);  // of an earlier run: they would go before the photometric ones
 }
 
 }  // namespace polarscan

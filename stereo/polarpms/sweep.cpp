@@ -31,6 +31,7 @@ float RandomDepth(const DepthInterval& interval, Random& random) {
 struct Pixel {
   int x = 0, y = 0;
   Eigen::Vector3f ray;
+  std::array<Eigen::Vector3f, kMaxSources> turned_rays;  // the ray in each source's frame
   Patch patch;
   std::array<Neighbour, 4> neighbours;  // behind and ahead on the line, and on the two lines beside it
   // The sources that were drawn, the most often drawn first, and their shares of all draws.
@@ -89,14 +90,23 @@ class LineSweeper {
     for (std::size_t s = 0; s < sources_; ++s) costs[s] = Match(pixel, hypothesis, s);
   }
 
-  void ReadPatch(Pixel& pixel) const {
-    reader_.Read(problem_.reference->gray, problem_.reference->mask, pixel.x, pixel.y, pixel.patch);
+  void Place(int x, int y, Pixel& pixel) const {
+    pixel.x = x, pixel.y = y, pixel.ray = problem_.Ray(x, y);
+    for (std::size_t s = 0; s < sources_; ++s)
+      pixel.turned_rays[s] = problem_.sources[s].rotation * pixel.ray;
+    reader_.Read(problem_.reference->gray, problem_.reference->mask, x, y, pixel.patch);
   }
 
  private:
+  Seen Look(const Pixel& pixel, std::size_t source, float depth) const {
+    const Source& s = problem_.sources[source];
+    return LookAt(s, depth * pixel.turned_rays[source] + s.translation);
+  }
+
   float Match(const Pixel& pixel, const Hypothesis& hypothesis, std::size_t source) const {
     const Source& s = problem_.sources[source];
-    const Warp warp = PlaneWarp(problem_.reference->camera, s, pixel.x, pixel.y, pixel.ray, hypothesis);
+    const Warp warp =
+        PlaneWarp(problem_.reference->camera, s, pixel.ray, pixel.turned_rays[source], hypothesis);
     return MatchingCostSimd(window_, pixel.patch, warp, s.view->packed, float(options_.ncc_epsilon));
   }
 
@@ -120,8 +130,7 @@ class LineSweeper {
 
   void Prepare(int x, int y, const float* backward, const std::vector<float>& forward, Random& random,
                Pixel& pixel) const {
-    pixel.x = x, pixel.y = y, pixel.ray = problem_.Ray(x, y);
-    ReadPatch(pixel);
+    Place(x, y, pixel);
     const int dx = sweep_.dx, dy = sweep_.dy;
     pixel.neighbours = {NeighbourAt(state_.map, x - dx, y - dy), NeighbourAt(state_.map, x + dx, y + dy),
                         NeighbourAt(before_, x - dy, y - dx), NeighbourAt(before_, x + dy, y + dx)};
@@ -133,7 +142,7 @@ class LineSweeper {
           Visibility::Posterior(visibility_.Forward(state_.costs[at + s], forward[s]), backward[s]);
       const float kept =
           sweep_.selection_memory * state_.selection[at + s] + (1 - sweep_.selection_memory) * seen;
-      weights[s] = kept * prior_(problem_, problem_.sources[s], x, y, pixel.ray, current);
+      weights[s] = kept * prior_(problem_, problem_.sources[s], pixel.ray, pixel.turned_rays[s], current);
     }
     std::array<int, kMaxSources> counts;
     DrawSources({weights.data(), sources_}, options_.samples, random, {counts.data(), sources_});
@@ -208,7 +217,7 @@ class LineSweeper {
     if (own.weight > 0) constraints[count++] = MakeAopConstraint(own, pixel.ray.x(), pixel.ray.y());
     for (const Pixel::Drawn& drawn : pixel.Sources()) {
       const Source& source = problem_.sources[drawn.source];
-      const Seen seen = Look(source, start.depth * pixel.ray);
+      const Seen seen = Look(pixel, drawn.source, start.depth);
       if (!seen.inside()) continue;
       AopConstraint constraint = MakeAopConstraint(source.view->polar(seen.u, seen.v), seen.x, seen.y);
       constraint.diffuse = source.rotation.transpose() * constraint.diffuse;
@@ -255,12 +264,11 @@ class LineSweeper {
     if (options_.depth_normal)
       cost += float(options_.depth_normal_weight) * DepthNormalTerm(pixel, hypothesis);
     if (cost >= bound) return cost;
-    const Eigen::Vector3f point = hypothesis.depth * pixel.ray;
     SeenBy seen;
     if (silhouettes_)
-      for (std::size_t s = 0; s < sources_; ++s) seen[s] = Look(problem_.sources[s], point);
+      for (std::size_t s = 0; s < sources_; ++s) seen[s] = Look(pixel, s, hypothesis.depth);
     else if (polarized_ || geometric_)
-      for (const Pixel::Drawn& d : pixel.Sources()) seen[d.source] = Look(problem_.sources[d.source], point);
+      for (const Pixel::Drawn& d : pixel.Sources()) seen[d.source] = Look(pixel, d.source, hypothesis.depth);
     if (silhouettes_ && OutsideHull(seen)) cost += 1;
     if (polarized_) cost += float(options_.polarization_weight) * PolarizationTerm(pixel, hypothesis, seen);
     if (geometric_)
@@ -318,8 +326,7 @@ MatchState InitialState(const Problem& problem, const StereoOptions& options,
     for (int x = 0; x < width; ++x) {
       if (!problem.Active(x, y)) continue;
       Pixel pixel;
-      pixel.x = x, pixel.y = y, pixel.ray = problem.Ray(x, y);
-      matcher.ReadPatch(pixel);
+      matcher.Place(x, y, pixel);
       matcher.RefreshCosts(pixel, {state.map.depth(x, y), state.map.normal(x, y)},
                            &state.costs[matcher.StateIndex(x, y)]);
     }

@@ -112,7 +112,7 @@ TEST(PlaneWarp, FollowsThePointsOfTheHypothesisPlane) {
   const Source source = MakeSource(reference, std::make_shared<StereoView>(other), nullptr);
   const Hypothesis plane{4.0f, Eigen::Vector3f(0.3f, -0.2f, -1).normalized()};
   const Eigen::Vector3f ray = reference.camera.Ray(200.5, 300.5).cast<float>();
-  const Warp warp = PlaneWarp(reference.camera, source, 200, 300, ray, plane);
+  const Warp warp = PlaneWarp(reference.camera, source, ray, source.rotation * ray, plane);
   for (const auto& [dx, dy] : {std::pair{0.f, 0.f}, {5.f, -5.f}, {-4.f, 3.f}}) {
     const Eigen::Vector3d there = reference.camera.Ray(200.5 + dx, 300.5 + dy);
     const double depth = plane.depth * double(plane.normal.dot(ray)) / plane.normal.cast<double>().dot(there);
