@@ -26,12 +26,14 @@ struct Scene {
   bool has_table = true;
   double table_height = -1, table_half_size = 2.3;
   Material table_material{1.5, 0.30};
+  TriangleMesh blocks;               // the table's material; may be empty
+  double reach = 1;                  // radius around the origin that holds the object and the blocks
   Image<float> print, coarse_print;  // reflectance; coarse: for light that was scattered once already
 
   Environment environment{1.0};
 
-  // Reflectance of the table at a world point on it.
-  double PrintAt(const Eigen::Vector3d& p, bool coarse) const;
+  // Reflectance of the print at a world point on the table or a block, and the surface's normal there.
+  double PrintAt(const Eigen::Vector3d& p, const Eigen::Vector3d& normal, bool coarse) const;
 };
 
 struct SceneOptions {
@@ -41,14 +43,14 @@ struct SceneOptions {
   std::string texture = "weak";  // none, weak, strong
   std::string light = "studio";
   double albedo = 0.28, roughness = 0.15, ior = 1.5;
-  bool table = true;
+  bool table = true, blocks = true;
   std::uint64_t seed = 0;  // of the textures
 };
 
 // Throws Error on an unknown name or an unreadable mesh.
 Scene MakeScene(const SceneOptions& options);
 
-// The table top as two triangles, facing up.
+// The table top, facing up, and the blocks.
 TriangleMesh TableMesh(const Scene& scene);
 
 }  // namespace polarscan

@@ -16,7 +16,7 @@ constexpr double kPi = std::numbers::pi;
 constexpr double kLift = 5e-4;        // rays start this far above a surface
 constexpr double kBackground = 0.03;  // radiance behind the scene
 constexpr int kObjectDirections = 96, kTableDirections = 64, kOpenDirections = 512;
-constexpr int kTableTexels = 384, kInterleave = 4;
+constexpr int kTableTexels = 256, kInterleave = 4;
 
 struct Beam {
   Vector3d direction;
@@ -42,9 +42,10 @@ double Transmittance(double cosine, double ior) {
   return 1 - 0.5 * (r.s + r.p);
 }
 
-// Whether the ray comes near the object at all: its bounding sphere is the unit sphere.
-bool NearObject(const Vector3d& origin, const Vector3d& direction) {
-  const double along = origin.dot(direction), outside = origin.squaredNorm() - 1.0001;
+// Whether the ray comes near the object or a block at all.
+bool NearSolids(const Scene& scene, const Vector3d& origin, const Vector3d& direction) {
+  const double along = origin.dot(direction),
+               outside = origin.squaredNorm() - 1.0001 * scene.reach * scene.reach;
   return outside < 0 || (along < 0 && along * along > outside);
 }
 
@@ -59,7 +60,7 @@ double TableDistance(const Scene& scene, const Vector3d& origin, const Vector3d&
 
 double TableBody(const LitScene& lit, const Vector3d& p, bool coarse) {
   const double s = 2 * lit.scene.table_half_size;
-  return BodyRadiance(lit.scene.PrintAt(p, coarse), lit.scene.table_material.ior) *
+  return BodyRadiance(lit.scene.PrintAt(p, Vector3d::UnitY(), coarse), lit.scene.table_material.ior) *
          Sample(lit.table_light, 0.5 + p.x() / s, 0.5 + p.z() / s);
 }
 
@@ -68,7 +69,7 @@ double LightOnTable(const LitScene& lit, const Vector3d& p, const std::vector<Be
   const double ior = lit.scene.table_material.ior;
   double sum = 0;
   for (const Beam& beam : beams) {
-    const bool hidden = NearObject(p, beam.direction) && lit.object.Occluded(p, beam.direction);
+    const bool hidden = NearSolids(lit.scene, p, beam.direction) && lit.solids.Occluded(p, beam.direction);
     const double radiance = hidden ? lit.object_glow : beam.radiance;
     sum += beam.solid_angle * beam.direction.y() * radiance * Transmittance(beam.direction.y(), ior);
   }
@@ -121,17 +122,16 @@ double OpenLight(const Vector3d& normal, const std::vector<Beam>& beams, double 
   return sum;
 }
 
-// The same at a vertex of the object, with the object and the table in the way, as a share of OpenLight.
-double LightShare(const LitScene& lit, const Vector3d& vertex, const Vector3d& normal,
+// The same at a vertex of a solid, with the solids and the table in the way, as a share of OpenLight.
+double LightShare(const LitScene& lit, const Vector3d& vertex, const Vector3d& normal, double ior,
                   const std::vector<Beam>& beams) {
   const Vector3d p = vertex + kLift * normal;
-  const double ior = lit.scene.object_material.ior;
   double met = 0, open = 0;
   for (const Beam& beam : beams) {
     const double cosine = normal.dot(beam.direction);
     if (cosine <= 0) continue;
     double radiance = beam.radiance;
-    if (lit.object.Occluded(p, beam.direction)) {
+    if (lit.solids.Occluded(p, beam.direction)) {
       radiance = lit.object_glow;
     } else if (const double d = TableDistance(lit.scene, p, beam.direction); d > 0) {
       radiance = TableBody(lit, p + d * beam.direction, true) *
@@ -159,10 +159,8 @@ void Smooth(const TriangleMesh& mesh, int rounds, std::vector<float>& values) {
 
 // OpenLight is known for every normal and needs no rays; only the share of it that arrives is sampled, with
 // few and different directions at neighbouring vertices, and smoothed.
-std::vector<float> LightObject(const LitScene& lit, Progress& progress) {
+std::vector<float> LightSolid(const LitScene& lit, const TriangleMesh& mesh, double ior, Progress& progress) {
   constexpr int kPhases = 16, kRounds = 3;
-  const TriangleMesh& mesh = lit.object.meshes()[0];
-  const double ior = lit.scene.object_material.ior;
   std::vector<std::vector<Beam>> beams;
   for (int k = 0; k < kPhases; ++k)
     beams.push_back(EvenBeams(lit.scene.environment, kObjectDirections, -1.0, (k + 0.5) / kPhases));
@@ -170,7 +168,8 @@ std::vector<float> LightObject(const LitScene& lit, Progress& progress) {
   ParallelFor(0, int(light.size()), [&](int i) {
     progress.Check();
     const auto k = std::size_t(i);
-    light[k] = float(LightShare(lit, mesh.vertices[k], mesh.normals[k], beams[std::size_t(i * 7 % kPhases)]));
+    light[k] =
+        float(LightShare(lit, mesh.vertices[k], mesh.normals[k], ior, beams[std::size_t(i * 7 % kPhases)]));
   });
   Smooth(mesh, kRounds, light);
   const std::vector<Beam> all = EvenBeams(lit.scene.environment, kOpenDirections, -1.0, 0.5);
@@ -186,6 +185,26 @@ double MeanGlow(const Scene& scene) {
   for (const Beam& beam : EvenBeams(scene.environment, kOpenDirections, -1.0, 0.5))
     light += beam.radiance * beam.solid_angle / 4;  // the mean of max(0, n d) over n is 1/4
   return BodyRadiance(scene.object_texture.mean, scene.object_material.ior) * light;
+}
+
+Meeting MeetSolid(const LitScene& lit, const Vector3d& origin, const Vector3d& direction,
+                  const RayCaster::Hit& hit, bool coarse) {
+  const Scene& scene = lit.scene;
+  const bool object = hit.mesh == 0;
+  const auto& t = (object ? scene.object : scene.blocks).triangles[std::size_t(hit.triangle)];
+  const std::vector<float>& light = lit.solid_light[std::size_t(hit.mesh)];
+  const double here = (1 - hit.u - hit.v) * light[t[0]] + hit.u * light[t[1]] + hit.v * light[t[2]];
+  Meeting m{object ? Meeting::kObject : Meeting::kTable,
+            hit.distance,
+            origin + hit.distance * direction,
+            lit.solids.Normal(hit),
+            0,
+            object ? &scene.object_material : &scene.table_material};
+  double albedo = scene.object_texture.mean;
+  if (!object) albedo = scene.PrintAt(m.point, m.normal, coarse);
+  if (object && !coarse) albedo = scene.object_texture.At(m.point);
+  m.body = BodyRadiance(albedo, m.material->ior) * here;
+  return m;
 }
 
 // What a reflected ray sees, taken as unpolarized.
@@ -206,32 +225,24 @@ Vector3d FacingNormal(const Vector3d& normal, const Vector3d& to_viewer) {
 }  // namespace
 
 LitScene Illuminate(Scene scene, Progress& progress) {
-  RayCaster caster({scene.object});
+  RayCaster caster({scene.object, scene.blocks});
   LitScene lit{std::move(scene), std::move(caster), {}, {}, 0};
   lit.object_glow = MeanGlow(lit.scene);
   lit.table_light = LightTable(lit, progress);
-  lit.object_light = LightObject(lit, progress);
+  lit.solid_light = {LightSolid(lit, lit.scene.object, lit.scene.object_material.ior, progress),
+                     LightSolid(lit, lit.scene.blocks, lit.scene.table_material.ior, progress)};
   return lit;
 }
 
 Meeting Meet(const LitScene& lit, const Vector3d& origin, const Vector3d& direction, bool coarse) {
-  Meeting m;
   RayCaster::Hit hit;
-  if (NearObject(origin, direction)) hit = lit.object.Cast(origin, direction);
+  if (NearSolids(lit.scene, origin, direction)) hit = lit.solids.Cast(origin, direction);
   const double table = TableDistance(lit.scene, origin, direction);
-  if (hit.mesh >= 0 && (table <= 0 || hit.distance < table)) {
-    const auto& t = lit.scene.object.triangles[std::size_t(hit.triangle)];
-    const double light = (1 - hit.u - hit.v) * lit.object_light[t[0]] + hit.u * lit.object_light[t[1]] +
-                         hit.v * lit.object_light[t[2]];
-    m = {
-        Meeting::kObject,          hit.distance, origin + hit.distance * direction, lit.object.Normal(hit), 0,
-        &lit.scene.object_material};
-    m.body = BodyRadiance(lit.scene.object_texture.At(m.point), m.material->ior) * light;
-  } else if (table > 0) {
-    m = {Meeting::kTable, table, origin + table * direction, Vector3d::UnitY(), 0, &lit.scene.table_material};
-    m.body = TableBody(lit, m.point, coarse);
-  }
-  return m;
+  if (hit.mesh >= 0 && (table <= 0 || hit.distance < table))
+    return MeetSolid(lit, origin, direction, hit, coarse);
+  if (table <= 0) return {};
+  const Vector3d p = origin + table * direction;
+  return {Meeting::kTable, table, p, Vector3d::UnitY(), TableBody(lit, p, coarse), &lit.scene.table_material};
 }
 
 Vector3d StokesAlong(const LitScene& lit, const Vector3d& origin, const Vector3d& direction,

@@ -14,24 +14,24 @@ namespace polarscan {
 // printed).
 struct LitScene {
   Scene scene;
-  RayCaster object;                 // the object alone; the table is met by its formula
-  std::vector<float> object_light;  // per vertex: irradiance that passed the surface
-  Image<float> table_light;         // over the table top, like the print: the same
-  double object_glow = 0;           // mean inner radiance of the object
+  RayCaster solids;  // the object (mesh 0) and the blocks (mesh 1); the table is met by its formula
+  std::vector<std::vector<float>> solid_light;  // per mesh and vertex: irradiance that passed the surface
+  Image<float> table_light;                     // over the table top, like the print: the same
+  double object_glow = 0;                       // mean inner radiance of the object
 };
 
 LitScene Illuminate(Scene scene, Progress& progress);
 
 // What a ray meets first.
 struct Meeting {
-  enum Thing { kNothing, kObject, kTable } thing = kNothing;
+  enum Thing { kNothing, kObject, kTable /* or a block */ } thing = kNothing;
   double distance = 0;
   Eigen::Vector3d point, normal;  // normal: interpolated, unit
   double body = 0;                // radiance inside the surface (BodyRadiance times the light that entered)
   const Material* material = nullptr;
 };
 
-// `direction` is unit. coarse: the blurred print, for light on its second way.
+// `direction` is unit. coarse: the blurred print and the object's mean albedo, for light on its second way.
 Meeting Meet(const LitScene& lit, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
              bool coarse);
 

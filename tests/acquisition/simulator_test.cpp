@@ -179,6 +179,7 @@ TEST(Simulator, TheTableIsDarkerInTheShadowOfTheObject) {
   SceneOptions options;
   options.scene = "sphere";
   options.light = "overcast";
+  options.blocks = false;
   Progress silent;
   const LitScene lit = Illuminate(MakeScene(options), silent);
   const float under = Sample(lit.table_light, 0.5, 0.5), far = Sample(lit.table_light, 0.05, 0.05);
@@ -391,6 +392,28 @@ TEST(Scene, EveryShapeIsClosedAndOutwardWithinTheUnitSphere) {
     EXPECT_NEAR(radius, 1, 1e-12) << name;
     if (name == "vase") continue;  // its two poles are tiny open rings
     for (const auto& [edge, sum] : edges) ASSERT_EQ(sum, 0) << name;
+  }
+}
+
+TEST(Scene, BlocksStandOnTheTableClearOfTheObjectAndFaceOutward) {
+  SceneOptions options;
+  options.scene = "sphere";
+  const Scene scene = MakeScene(options);
+  ASSERT_FALSE(scene.blocks.triangles.empty());
+  double volume = 0;
+  for (const auto& t : scene.blocks.triangles) {
+    const Vector3d shift(0, -scene.table_height,
+                         0);  // the missing bottoms lie in the plane through the origin
+    const Vector3d a = scene.blocks.vertices[t[0]] + shift, b = scene.blocks.vertices[t[1]] + shift,
+                   c = scene.blocks.vertices[t[2]] + shift;
+    volume += a.dot(b.cross(c)) / 6;
+    EXPECT_GT((b - a).cross(c - a).dot(scene.blocks.normals[t[0]]), 0);
+  }
+  EXPECT_GT(volume, 0.05);
+  for (const Vector3d& v : scene.blocks.vertices) {
+    EXPECT_GE(v.y(), scene.table_height - 1e-12);
+    EXPECT_GT(std::hypot(v.x(), v.z()), 1.0);
+    EXPECT_LT(std::max(std::abs(v.x()), std::abs(v.z())), scene.table_half_size);
   }
 }
 
