@@ -71,15 +71,16 @@ void AddBlock(TriangleMesh& mesh, const Eigen::Vector3d& center, double half, do
 }
 
 // Blocks in a ring around the object, of all heights, so that a picture shows more than a plane: from a plane
-// alone structure from motion cannot tell the focal length.
+// alone structure from motion cannot tell the focal length. Low enough to hide nothing of the object from a
+// camera that looks down by 30 degrees or more.
 TriangleMesh MakeBlocks(double table_height, std::uint64_t seed) {
   constexpr int kBlocks = 11;
   TriangleMesh mesh;
   for (int i = 0; i < kBlocks; ++i) {
     Random random(seed, 5, std::uint64_t(i));
     const double turn = 2 * std::numbers::pi * (i + 0.4 * random.Uniform()) / kBlocks;
-    const double radius = 1.27 + 0.25 * random.Uniform(), half = 0.09 + 0.07 * random.Uniform();
-    const double height = 0.12 + 0.30 * random.Uniform();
+    const double radius = 1.36 + 0.24 * random.Uniform(), half = 0.09 + 0.07 * random.Uniform();
+    const double height = 0.10 + 0.18 * random.Uniform();
     AddBlock(mesh, {radius * std::sin(turn), table_height, radius * std::cos(turn)}, half, height,
              3 * random.Uniform());
   }
