@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -70,6 +71,13 @@ void Append(std::string& bytes, const Eigen::Vector3d& v) {
   for (int i = 0; i < 3; ++i) Append(bytes, float(v[i]));
 }
 
+double SegmentDistance(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  const Eigen::Vector3d d = b - a;
+  const double length = d.squaredNorm();
+  const double t = length > 0 ? std::clamp((p - a).dot(d) / length, 0.0, 1.0) : 0;
+  return (p - a - t * d).norm();
+}
+
 }  // namespace
 
 void ComputeVertexNormals(TriangleMesh& mesh) {
@@ -83,6 +91,16 @@ void ComputeVertexNormals(TriangleMesh& mesh) {
     const double length = n.norm();
     n = length > 0 ? Eigen::Vector3d(n / length) : Eigen::Vector3d::UnitZ();
   }
+}
+
+double TriangleDistance(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                        const Eigen::Vector3d& c) {
+  const Eigen::Vector3d n = (b - a).cross(c - a);
+  const double length = n.norm();
+  const bool above = length > 0 && (b - a).cross(p - a).dot(n) >= 0 && (c - b).cross(p - b).dot(n) >= 0 &&
+                     (a - c).cross(p - c).dot(n) >= 0;
+  if (above) return std::abs((p - a).dot(n)) / length;
+  return std::min({SegmentDistance(p, a, b), SegmentDistance(p, b, c), SegmentDistance(p, c, a)});
 }
 
 TriangleMesh ReadMesh(const std::filesystem::path& path) {

@@ -27,8 +27,12 @@ TriangleMesh ReadMesh(const std::filesystem::path& path);
 // Binary little-endian PLY with normals. Atomic.
 void WriteMesh(const std::filesystem::path& path, const TriangleMesh& mesh);
 
-// Casts rays at a set of meshes (Embree). The hit's place is recomputed in double precision from the
-// triangle.
+// Distance of a point to the triangle (a, b, c); degenerate triangles count as their edges.
+double TriangleDistance(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                        const Eigen::Vector3d& c);
+
+// Casts rays at a set of meshes and measures distances to them (Embree). Hits and distances are recomputed in
+// double precision from the triangle. Safe to call from several threads.
 class RayCaster {
  public:
   struct Hit {
@@ -45,6 +49,8 @@ class RayCaster {
   Hit Cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
   // Whether anything lies on origin + t direction for epsilon < t < limit.
   bool Occluded(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double limit = 1e30) const;
+  // Exact distance from a point to the nearest triangle; infinite if there is none.
+  double Distance(const Eigen::Vector3d& point) const;
   // Interpolated vertex normal (unit) at a hit.
   Eigen::Vector3d Normal(const Hit& hit) const;
   const std::vector<TriangleMesh>& meshes() const;

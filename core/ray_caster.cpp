@@ -24,6 +24,26 @@ bool IntersectPlane(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Ei
   return true;
 }
 
+struct DistanceQuery {
+  const std::vector<TriangleMesh>& meshes;
+  Eigen::Vector3d point;
+  double distance = std::numeric_limits<double>::infinity();
+};
+
+// Called for triangles whose box lies within the query's radius; shrinks it when one is nearer.
+bool OnTriangle(RTCPointQueryFunctionArguments* args) {
+  DistanceQuery& query = *static_cast<DistanceQuery*>(args->userPtr);
+  const TriangleMesh& mesh = query.meshes[args->geomID];
+  const auto& t = mesh.triangles[args->primID];
+  const double distance =
+      TriangleDistance(query.point, mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]);
+  if (distance >= query.distance) return false;
+  query.distance = distance;
+  args->query->radius =
+      float(distance * 1.00001);  // a little more than Embree's float coordinates may be off
+  return true;
+}
+
 }  // namespace
 
 struct RayCaster::State {
@@ -124,6 +144,19 @@ bool RayCaster::Occluded(const Eigen::Vector3d& origin, const Eigen::Vector3d& d
   rtcInitIntersectContext(&context);
   rtcOccluded1(state_->scene, &context, &ray);
   return ray.tfar < 0;
+}
+
+double RayCaster::Distance(const Eigen::Vector3d& point) const {
+  const Eigen::Vector3d local = point - state_->center;
+  RTCPointQuery range;
+  range.x = float(local.x()), range.y = float(local.y()), range.z = float(local.z());
+  range.time = 0;
+  range.radius = std::numeric_limits<float>::infinity();
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  DistanceQuery query{state_->meshes, point};
+  rtcPointQuery(state_->scene, &range, &context, OnTriangle, &query);
+  return query.distance;
 }
 
 Eigen::Vector3d RayCaster::Normal(const Hit& hit) const {

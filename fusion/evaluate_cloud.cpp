@@ -17,11 +17,11 @@ namespace {
 
 std::vector<double> Distances(const std::vector<Eigen::Vector3d>& points,
                               const std::vector<TriangleMesh>& meshes, Progress& progress) {
-  const SurfaceDistance distance(meshes);
+  const RayCaster surface(meshes);
   std::vector<double> distances(points.size());
   ParallelFor(0, int(points.size()), [&](int i) {
     if (i % 1024 == 0) progress.Check();
-    distances[std::size_t(i)] = distance(points[std::size_t(i)]);
+    distances[std::size_t(i)] = surface.Distance(points[std::size_t(i)]);
   });
   return distances;
 }

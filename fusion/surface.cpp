@@ -4,7 +4,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/error.h"
 #include "core/random.h"
@@ -20,13 +19,6 @@ struct Corners {
 Corners CornersOf(const TriangleMesh& mesh, std::size_t triangle) {
   const auto& t = mesh.triangles[triangle];
   return {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
-}
-
-double SegmentDistance(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  const Eigen::Vector3d d = b - a;
-  const double length = d.squaredNorm();
-  const double t = length > 0 ? std::clamp((p - a).dot(d) / length, 0.0, 1.0) : 0;
-  return (p - a - t * d).norm();
 }
 
 std::vector<double> CumulativeAreas(const TriangleMesh& mesh) {
@@ -72,16 +64,6 @@ double BoundingRadius(const TriangleMesh& mesh) {
   double radius = 0;
   for (const Eigen::Vector3d& v : mesh.vertices) radius = std::max(radius, (v - box.center()).norm());
   return radius;
-}
-
-double TriangleDistance(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
-                        const Eigen::Vector3d& c) {
-  const Eigen::Vector3d n = (b - a).cross(c - a);
-  const double length = n.norm();
-  const bool above = length > 0 && (b - a).cross(p - a).dot(n) >= 0 && (c - b).cross(p - b).dot(n) >= 0 &&
-                     (a - c).cross(p - c).dot(n) >= 0;
-  if (above) return std::abs((p - a).dot(n)) / length;
-  return std::min({SegmentDistance(p, a, b), SegmentDistance(p, b, c), SegmentDistance(p, c, a)});
 }
 
 }  // namespace polarscan

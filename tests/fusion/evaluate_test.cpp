@@ -116,7 +116,7 @@ TEST(Surface, DistanceToAMeshIsTheLeastOverItsTriangles) {
   TriangleMesh mesh = SphereMesh(12);
   for (Eigen::Vector3d& v : mesh.vertices)
     v += Eigen::Vector3d(100, 0, 0);  // far away, where floats are coarse
-  const SurfaceDistance distance({mesh});
+  const RayCaster surface({mesh});
   Random random(2);
   for (int i = 0; i < 200; ++i) {
     const Eigen::Vector3d p = Eigen::Vector3d(100, 0, 0) + 0.8 * RandomPoint(random);
@@ -124,7 +124,7 @@ TEST(Surface, DistanceToAMeshIsTheLeastOverItsTriangles) {
     for (const auto& t : mesh.triangles)
       least =
           std::min(least, TriangleDistance(p, mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]));
-    EXPECT_NEAR(distance(p), least, 1e-9);
+    EXPECT_NEAR(surface.Distance(p), least, 1e-9);
   }
 }
 
