@@ -10,7 +10,9 @@ StereoOptions StereoPreset(const std::string& name) {
   options.preset = name;
   if (name == "default") return options;
   if (name != "paper") throw Error("no such preset", name, "Choose one of: default, paper");
+  options.schedule = "sequential";
   options.photometric_iterations = 3;
+  options.sources = 10;
   options.geometric_iterations = 2;
   options.warm_geometric_pass = false;
   options.polarization_weight = 4.0;
@@ -37,15 +39,29 @@ OptionTable Table(StereoOptions& o) {
       {"masks", &o.masks, "estimate only inside the masks"},
       {"filter", &o.filter, "drop unreliable pixels at the end (off: every pixel keeps its estimate)"},
       {"seed", &o.seed, "random numbers; the same seed gives the same bytes", "", 0, 2147483647},
-      {"photometric-iterations", &o.photometric_iterations, "iterations (of 4 sweeps) of the first pass", "",
-       1, 100},
+      {"schedule",
+       &o.schedule,
+       "sequential: four sweeps an iteration, a photometric and a geometric pass, as published; "
+       "checkerboard: "
+       "coarse to fine, with rounds across views",
+       "",
+       0,
+       0,
+       {"sequential", "checkerboard"}},
+      {"levels", &o.levels, "checkerboard: picture sizes, each twice the one before", "", 1, 6},
+      {"rounds", &o.rounds, "checkerboard: rounds across views at the coarsest level; 0: none at any", "", 0,
+       10},
+      {"chosen-sources", &o.chosen_sources, "checkerboard: source views that decide at a pixel", "", 1, 32},
+      {"photometric-iterations", &o.photometric_iterations,
+       "iterations of the first pass (of four sweeps each), or of the coarsest level", "", 1, 100},
       {"geometric-iterations", &o.geometric_iterations,
-       "iterations of the pass that compares views' maps; 0: none", "", 0, 100},
+       "iterations of the pass that compares views' maps, or of each finer level; 0: none", "", 0, 100},
       {"warm-geometric-pass", &o.warm_geometric_pass,
        "the second pass only refines: random depths within 1 %, perturbations from a quarter on"},
       {"sources", &o.sources, "source views a reference view may use: more is slower and more complete", "",
        1, 32},
-      {"samples", &o.samples, "source views drawn for each pixel: more is slower and steadier", "", 1, 64},
+      {"samples", &o.samples, "sequential: source views drawn for each pixel: more is slower and steadier",
+       "", 1, 64},
       {"window-radius", &o.window_radius, "matching window: larger is smoother and loses detail", "px", 1,
        10},
       {"window-step", &o.window_step, "distance of the window's samples: 2 is four times as fast as 1", "px",
@@ -95,6 +111,15 @@ OptionTable Table(StereoOptions& o) {
        100},
       {"depth-perturbation", &o.depth_perturbation, "largest relative change of a perturbed depth", "", 1e-6,
        1},
+      {"vote-sigma", &o.vote_sigma,
+       "rounds: how near depths must be to support each other (share of the depth)", "", 1e-5, 0.1},
+      {"vote-support", &o.vote_support, "rounds: share of the best support that a nearer surface needs", "",
+       0, 1},
+      {"vote-angle", &o.vote_angle_deg, "rounds: views within this angle vote", "deg", 1, 180},
+      {"vote-views", &o.vote_views, "rounds: most views that vote", "", 1, 64},
+      {"round-turns", &o.round_turns, "rounds: turns of solving normals and integrating them", "", 1, 20},
+      {"integration-weight", &o.integration_weight,
+       "rounds: pull of a voted depth beside the normals' slopes", "", 1e-6, 10},
       {"filter-min-dop", &o.filter_min_dop, "rho_t: enough polarization", "", 0, 1},
       {"filter-min-variance", &o.filter_min_variance,
        "lambda_t: enough texture, variance of 8-bit levels; one of the two is enough", "", 0, 65025},

@@ -16,10 +16,14 @@ struct StereoOptions {
   bool filter = true;
   int seed = 1;
 
-  int photometric_iterations = 2;
+  std::string schedule = "checkerboard";
+  int levels = 3;
+  int rounds = 2;
+  int chosen_sources = 4;
+  int photometric_iterations = 3;
   int geometric_iterations = 1;
   bool warm_geometric_pass = true;
-  int sources = 10;
+  int sources = 8;
   int samples = 15;
   int window_radius = 5;
   int window_step = 2;
@@ -43,6 +47,13 @@ struct StereoOptions {
   bool silhouettes = true;
   double silhouette_margin_px = 2.0;
   double depth_perturbation = 0.1;
+
+  double vote_sigma = 0.006;
+  double vote_support = 0.5;
+  double vote_angle_deg = 70;
+  int vote_views = 24;
+  int round_turns = 3;
+  double integration_weight = 0.02;
 
   double filter_min_dop = 0.05;
   double filter_min_variance = 1.0;

@@ -24,8 +24,8 @@ Source MakeSource(const StereoView& reference, std::shared_ptr<const StereoView>
 Warp PlaneWarp(const Pinhole& reference, const Source& source, const Eigen::Vector3f& ray,
                const Eigen::Vector3f& turned_ray, const Hypothesis& hypothesis) {
   // n . X = c on the plane, so x_source = (R + t n^T / c) X; with X ~ K_r^-1 (u, v, 1) the homography's
-  // columns are those of K_s R K_r^-1 plus K_s t times n^T K_r^-1 / c. At the pixel itself K_r^-1 (u, v, 1) is
-  // the ray, and n . ray / c = 1 / depth.
+  // columns are those of K_s R K_r^-1 plus K_s t times n^T K_r^-1 / c. At the pixel itself K_r^-1 (u, v, 1)
+  // is the ray, and n . ray / c = 1 / depth.
   const Eigen::Vector3f& n = hypothesis.normal;
   const float scale = 1 / (hypothesis.depth * n.dot(ray));
   const float nx = n.x() / float(reference.fx) * scale, ny = n.y() / float(reference.fy) * scale;

@@ -21,7 +21,7 @@ struct Source {
   std::shared_ptr<const DepthNormalMap> map;  // of the photometric pass; null in that pass
   Eigen::Matrix3f rotation;                   // source_from_reference
   Eigen::Vector3f translation;
-  Eigen::Vector3f center;          // the source camera's centre in the reference frame
+  Eigen::Vector3f center;  // the source camera's centre in the reference frame
   // The first two columns of K_s R K_r^-1 (it takes reference pixels to source pixels for points at
   // infinity), and K_s t.
   Eigen::Vector3f pixel_du, pixel_dv, pixel_translation;

@@ -5,8 +5,10 @@
 
 #include "core/files.h"
 #include "stereo/map_io.h"
+#include "stereo/polarpms/done_list.h"
 #include "stereo/polarpms/filter.h"
 #include "stereo/polarpms/hull.h"
+#include "stereo/polarpms/multilevel.h"
 #include "stereo/polarpms/sweep.h"
 
 namespace polarscan {
@@ -15,40 +17,6 @@ namespace {
 namespace fs = std::filesystem;
 constexpr const char* kPhotometric = "photometric";
 constexpr const char* kGeometric = "geometric";
-
-// Which views' maps are there and were made from these inputs and options.
-class DoneList {
- public:
-  DoneList(const Workspace& workspace, std::uint64_t input_hash)
-      : workspace_(workspace), input_(ToHex(input_hash)) {
-    if (!fs::exists(Path())) return;
-    const nlohmann::json stored = ReadJson(Path());
-    if (stored.value("inputs", "") == input_) maps_ = stored.value("maps", nlohmann::json::object());
-  }
-  bool IsDone(int view, const std::string& kind) const {
-    const std::string key = Key(view, kind);
-    if (!maps_.contains(key) || !fs::exists(workspace_.DepthPath(view, kind)) ||
-        !fs::exists(workspace_.NormalPath(view, kind)))
-      return false;
-    return maps_[key] == HashOf(view, kind);
-  }
-  void Add(int view, const std::string& kind) {
-    maps_[Key(view, kind)] = HashOf(view, kind);
-    WriteJson(Path(), {{"inputs", input_}, {"maps", maps_}});
-  }
-
- private:
-  fs::path Path() const { return workspace_.folder / "stereo/done.json"; }
-  std::string Key(int view, const std::string& kind) const {
-    return workspace_.views[std::size_t(view)].name + "." + kind;
-  }
-  std::string HashOf(int view, const std::string& kind) const {
-    return ToHex(HashFile(workspace_.DepthPath(view, kind), HashFile(workspace_.NormalPath(view, kind))));
-  }
-  const Workspace& workspace_;
-  std::string input_;
-  nlohmann::json maps_ = nlohmann::json::object();
-};
 
 std::uint64_t InputHash(const Workspace& workspace, StereoOptions options) {
   std::uint64_t hash = Hash(ToJson(Table(options)).dump());
@@ -61,9 +29,11 @@ std::uint64_t InputHash(const Workspace& workspace, StereoOptions options) {
   return hash;
 }
 
-class StereoStage {
+// The paper's schedule: a photometric pass over all views, then a geometric one.
+class SequentialStage {
  public:
-  StereoStage(const Workspace& workspace, const StereoOptions& options, Progress& progress)
+  SequentialStage(const Workspace& workspace, const StereoOptions& options, std::uint64_t input_hash,
+                  Progress& progress)
       : workspace_(workspace),
         options_(options),
         progress_(progress),
@@ -73,7 +43,7 @@ class StereoStage {
             ViewBytes),
         maps_(
             CacheBytes() / 2, [this](int v) { return ReadMaps(v); }, MapBytes),
-        done_(workspace, InputHash(workspace, options)) {}
+        done_(workspace, input_hash) {}
 
   void RunPass(const std::string& kind, int first_sweep, int iterations) {
     const int count = int(workspace_.views.size());
@@ -170,7 +140,9 @@ void EstimateDepths(const fs::path& dense, const StereoOptions& options, Progres
   const Workspace workspace = ReadWorkspace(dense);
   if (!workspace.polarized && options.polarization)
     progress.Warn("the pictures hold no polarization: the polarization term is neglected");
-  StereoStage stage(workspace, options, progress);
+  const std::uint64_t inputs = InputHash(workspace, options);
+  if (options.schedule == "checkerboard") return RunMultilevel(workspace, options, inputs, progress);
+  SequentialStage stage(workspace, options, inputs, progress);
   stage.RunPass(kPhotometric, 0, options.photometric_iterations);
   if (options.geometric_iterations > 0)
     stage.RunPass(kGeometric, 4 * options.photometric_iterations, options.geometric_iterations);

@@ -6,18 +6,14 @@
 
 #include "core/parallel.h"
 #include "core/random.h"
-#include "stereo/polarpms/cost.h"
 #include "stereo/polarpms/hypotheses.h"
+#include "stereo/polarpms/pixel_cost.h"
 #include "stereo/polarpms/selection.h"
 
 namespace polarscan {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
-constexpr int kMaxSources = 32;
-// A point in each source; filled where it is asked for.
-using SeenBy = std::array<Seen, kMaxSources>;
-
 Random PixelRandom(const Problem& problem, const StereoOptions& options, int x, int y, int sweep) {
   const auto pixel = std::uint64_t(y) * std::uint64_t(problem.reference->gray.width()) + std::uint64_t(x);
   return Random(std::uint64_t(options.seed), std::uint64_t(problem.view_index), pixel, std::uint64_t(sweep));
@@ -26,24 +22,6 @@ Random PixelRandom(const Problem& problem, const StereoOptions& options, int x, 
 float RandomDepth(const DepthInterval& interval, Random& random) {
   return random.Uniform(interval.near_depth, interval.far_depth);
 }
-
-// What the pixel being updated knows before any hypothesis is judged.
-struct Pixel {
-  int x = 0, y = 0;
-  Eigen::Vector3f ray;
-  std::array<Eigen::Vector3f, kMaxSources> turned_rays;  // the ray in each source's frame
-  Patch patch;
-  std::array<Neighbour, 4> neighbours;  // behind and ahead on the line, and on the two lines beside it
-  // The sources that were drawn, the most often drawn first, and their shares of all draws.
-  struct Drawn {
-    std::size_t source;
-    float share;
-    float count;
-  };
-  std::array<Drawn, kMaxSources> drawn;
-  std::size_t drawn_count = 0;
-  std::span<const Drawn> Sources() const { return {drawn.data(), drawn_count}; }
-};
 
 class LineSweeper {
  public:
@@ -55,16 +33,10 @@ class LineSweeper {
         sweep_(sweep),
         state_(state),
         before_(state.map),
-        window_(MakeWindow(options.window_radius, options.window_step)),
-        reader_(window_, options.sigma_color),
+        cost_(problem, options),
         visibility_(options.ncc_sigma),
         prior_(options),
-        residual_(options),
-        sources_(problem.sources.size()),
-        geometric_(!problem.sources.empty() && problem.sources[0].map != nullptr),
-        polarized_(!problem.reference->polar.empty()),
-        silhouettes_(options.silhouettes),
-        normalised_polarization_(options.polarization_evidence == "dop") {}
+        sources_(problem.sources.size()) {}
 
   // All pixels (x, y) of one line, from its start along the sweep's direction.
   void Run(int line) const {
@@ -86,30 +58,13 @@ class LineSweeper {
     return (std::size_t(y) * std::size_t(problem_.reference->gray.width()) + std::size_t(x)) * sources_;
   }
 
-  void RefreshCosts(const Pixel& pixel, const Hypothesis& hypothesis, float* costs) const {
-    for (std::size_t s = 0; s < sources_; ++s) costs[s] = Match(pixel, hypothesis, s);
-  }
+  void Place(int x, int y, PixelContext& pixel) const { cost_.Place(x, y, pixel); }
 
-  void Place(int x, int y, Pixel& pixel) const {
-    pixel.x = x, pixel.y = y, pixel.ray = problem_.Ray(x, y);
-    for (std::size_t s = 0; s < sources_; ++s)
-      pixel.turned_rays[s] = problem_.sources[s].rotation * pixel.ray;
-    reader_.Read(problem_.reference->gray, problem_.reference->mask, x, y, pixel.patch);
+  void RefreshCosts(const PixelContext& pixel, const Hypothesis& hypothesis, float* costs) const {
+    for (std::size_t s = 0; s < sources_; ++s) costs[s] = cost_.Match(pixel, hypothesis, s);
   }
 
  private:
-  Seen Look(const Pixel& pixel, std::size_t source, float depth) const {
-    const Source& s = problem_.sources[source];
-    return LookAt(s, depth * pixel.turned_rays[source] + s.translation);
-  }
-
-  float Match(const Pixel& pixel, const Hypothesis& hypothesis, std::size_t source) const {
-    const Source& s = problem_.sources[source];
-    const Warp warp =
-        PlaneWarp(problem_.reference->camera, s, pixel.ray, pixel.turned_rays[source], hypothesis);
-    return MatchingCostSimd(window_, pixel.patch, warp, s.view->packed, float(options_.ncc_epsilon));
-  }
-
   std::vector<float> BackwardMessages(const std::vector<std::pair<int, int>>& pixels) const {
     std::vector<float> messages(pixels.size() * sources_);
     std::vector<float> message(sources_, 0.5f);
@@ -129,8 +84,8 @@ class LineSweeper {
   }
 
   void Prepare(int x, int y, const float* backward, const std::vector<float>& forward, Random& random,
-               Pixel& pixel) const {
-    Place(x, y, pixel);
+               PixelContext& pixel) const {
+    cost_.Place(x, y, pixel);
     const int dx = sweep_.dx, dy = sweep_.dy;
     pixel.neighbours = {NeighbourAt(state_.map, x - dx, y - dy), NeighbourAt(state_.map, x + dx, y + dy),
                         NeighbourAt(before_, x - dy, y - dx), NeighbourAt(before_, x + dy, y + dx)};
@@ -150,22 +105,23 @@ class LineSweeper {
     for (std::size_t s = 0; s < sources_; ++s) total += counts[s];
     for (std::size_t s = 0; s < sources_; ++s)
       if (counts[s])
-        pixel.drawn[pixel.drawn_count++] = {s, float(counts[s]) / float(total), float(counts[s])};
-    std::stable_sort(pixel.drawn.begin(), pixel.drawn.begin() + std::ptrdiff_t(pixel.drawn_count),
-                     [](const Pixel::Drawn& l, const Pixel::Drawn& r) { return l.count > r.count; });
+        pixel.chosen[pixel.chosen_count++] = {s, float(counts[s]) / float(total), float(counts[s])};
+    std::stable_sort(
+        pixel.chosen.begin(), pixel.chosen.begin() + std::ptrdiff_t(pixel.chosen_count),
+        [](const PixelContext::Chosen& l, const PixelContext::Chosen& r) { return l.count > r.count; });
   }
 
   void Update(int x, int y, const float* backward, std::vector<float>& forward) const {
     Random random = PixelRandom(problem_, options_, x, y, sweep_.index);
-    Pixel pixel;
+    PixelContext pixel;
     Prepare(x, y, backward, forward, random, pixel);
     const std::size_t at = StateIndex(x, y);
     const Hypothesis current = At(state_.map, x, y);
     Hypothesis best = current;
-    float best_cost = Cost(pixel, current, &state_.costs[at], 1e30f);
+    float best_cost = cost_.Total(pixel, current, &state_.costs[at], 1e30f);
     const auto consider = [&](const Hypothesis& hypothesis) {
       if (hypothesis.depth <= 0 || hypothesis.normal.dot(pixel.ray) > -1e-3f) return;
-      const float cost = Cost(pixel, hypothesis, nullptr, best_cost);
+      const float cost = cost_.Total(pixel, hypothesis, nullptr, best_cost);
       if (cost < best_cost) best_cost = cost, best = hypothesis;
     };
     TryHypotheses(pixel, current, random, consider);
@@ -184,7 +140,7 @@ class LineSweeper {
 
   // The set A of eq. (1), without the current estimate, and the closed-form additions.
   template <class Consider>
-  void TryHypotheses(const Pixel& pixel, const Hypothesis& current, Random& random,
+  void TryHypotheses(const PixelContext& pixel, const Hypothesis& current, Random& random,
                      Consider&& consider) const {
     const Neighbour& behind = pixel.neighbours[0];
     if (behind.estimate.depth > 0)
@@ -202,87 +158,12 @@ class LineSweeper {
     consider(drawn);
     consider({perturbed.depth, current.normal});
     consider({current.depth, perturbed.normal});
-    if (!options_.closed_form_normals || !polarized_) return;
+    if (!options_.closed_form_normals || !cost_.polarized()) return;
     const float also = current.depth * random.Uniform(1 - change, 1 + change);
     const auto labels = AopLabels(random.Below(3));
-    consider(
-        {current.depth, ClosedFormNormal(pixel, {current.depth, current.normal}, AopLabels::kFromNormal)});
-    consider({also, ClosedFormNormal(pixel, {also, current.normal}, labels)});
-  }
-
-  Eigen::Vector3f ClosedFormNormal(const Pixel& pixel, const Hypothesis& start, AopLabels labels) const {
-    std::array<AopConstraint, kMaxSources + 1> constraints;
-    std::size_t count = 0;
-    const PolarSample& own = problem_.reference->polar(pixel.x, pixel.y);
-    if (own.weight > 0) constraints[count++] = MakeAopConstraint(own, pixel.ray.x(), pixel.ray.y());
-    for (const Pixel::Drawn& drawn : pixel.Sources()) {
-      const Source& source = problem_.sources[drawn.source];
-      const Seen seen = Look(pixel, drawn.source, start.depth);
-      if (!seen.inside()) continue;
-      AopConstraint constraint = MakeAopConstraint(source.view->polar(seen.u, seen.v), seen.x, seen.y);
-      constraint.diffuse = source.rotation.transpose() * constraint.diffuse;
-      constraint.specular = source.rotation.transpose() * constraint.specular;
-      constraints[count++] = constraint;
-    }
-    return NormalFromAop({constraints.data(), count}, labels, start.normal, pixel.ray);
-  }
-
-  float PolarizationTerm(const Pixel& pixel, const Hypothesis& hypothesis,
-                         const SeenBy& seen) const {  // F_pol, eq. (6)
-    PolarimetricCost cost(normalised_polarization_);
-    const PolarSample& own = problem_.reference->polar(pixel.x, pixel.y);
-    cost.Add(own, residual_(own, hypothesis.normal, pixel.ray.x(), pixel.ray.y()), 1);
-    for (const Pixel::Drawn& drawn : pixel.Sources()) {
-      const Seen& there = seen[drawn.source];
-      if (!there.inside()) continue;
-      const Source& source = problem_.sources[drawn.source];
-      const PolarSample& sample = source.view->polar(there.u, there.v);
-      const Eigen::Vector3f normal = source.rotation * hypothesis.normal;
-      cost.Add(sample, residual_(sample, normal, there.x, there.y), drawn.count);
-    }
-    return cost.Value();
-  }
-
-  float DepthNormalTerm(const Pixel& pixel, const Hypothesis& hypothesis) const {  // F_dep, eq. (9)
-    if (options_.depth_normal_form == "relative")
-      return DepthNormalRelative(hypothesis, pixel.ray, pixel.neighbours,
-                                 float(problem_.reference->camera.fx));
-    const Neighbour& beside = pixel.neighbours[pixel.neighbours[2].estimate.depth > 0 ? 2 : 3];
-    return DepthNormalAngle(hypothesis, pixel.ray, pixel.neighbours[0], beside);
-  }
-
-  bool OutsideHull(const SeenBy& seen) const {
-    for (std::size_t s = 0; s < sources_; ++s)
-      if (OutsideSilhouette(problem_.sources[s], seen[s])) return true;
-    return false;
-  }
-
-  // Eq. (2). `known`: the matching costs of this hypothesis if they are known. Gives up, with any value >=
-  // bound, once the cost cannot stay below it: every term is non-negative.
-  float Cost(const Pixel& pixel, const Hypothesis& hypothesis, const float* known, float bound) const {
-    float cost = 0;
-    if (options_.depth_normal)
-      cost += float(options_.depth_normal_weight) * DepthNormalTerm(pixel, hypothesis);
-    if (cost >= bound) return cost;
-    SeenBy seen;
-    if (silhouettes_)
-      for (std::size_t s = 0; s < sources_; ++s) seen[s] = Look(pixel, s, hypothesis.depth);
-    else if (polarized_ || geometric_)
-      for (const Pixel::Drawn& d : pixel.Sources()) seen[d.source] = Look(pixel, d.source, hypothesis.depth);
-    if (silhouettes_ && OutsideHull(seen)) cost += 1;
-    if (polarized_) cost += float(options_.polarization_weight) * PolarizationTerm(pixel, hypothesis, seen);
-    if (geometric_)
-      for (const Pixel::Drawn& d : pixel.Sources())
-        cost += d.share * float(options_.geometric_weight) * 0.5f *
-                GeometricError(problem_.reference->camera, problem_.sources[d.source], seen[d.source],
-                               pixel.ray, float(options_.geometric_max_px));
-    const float photometric_weight =
-        geometric_ ? 1 + float(options_.geometric_weight) : 1;  // F_pho + tau_geo F_geo
-    for (const Pixel::Drawn& d : pixel.Sources()) {
-      if (cost >= bound) break;
-      cost += d.share * photometric_weight * (known ? known[d.source] : Match(pixel, hypothesis, d.source));
-    }
-    return cost;
+    consider({current.depth,
+              cost_.ClosedFormNormal(pixel, {current.depth, current.normal}, AopLabels::kFromNormal)});
+    consider({also, cost_.ClosedFormNormal(pixel, {also, current.normal}, labels)});
   }
 
   const Problem& problem_;
@@ -291,13 +172,10 @@ class LineSweeper {
   const Sweep& sweep_;
   MatchState& state_;
   const DepthNormalMap before_;
-  const Window window_;
-  const PatchReader reader_;
+  const PixelCost cost_;
   const Visibility visibility_;
   const SourcePrior prior_;
-  const PolarizationResidual residual_;
   const std::size_t sources_;
-  const bool geometric_, polarized_, silhouettes_, normalised_polarization_;
 };
 
 }  // namespace
@@ -325,7 +203,7 @@ MatchState InitialState(const Problem& problem, const StereoOptions& options,
   ParallelFor(0, height, [&](int y) {
     for (int x = 0; x < width; ++x) {
       if (!problem.Active(x, y)) continue;
-      Pixel pixel;
+      PixelContext pixel;
       matcher.Place(x, y, pixel);
       matcher.RefreshCosts(pixel, {state.map.depth(x, y), state.map.normal(x, y)},
                            &state.costs[matcher.StateIndex(x, y)]);

@@ -60,7 +60,39 @@ Image<float> MakeGray(const Image<float>& s0, float scale) {
   return gray;
 }
 
+Image<float> Half(const Image<float>& image) {
+  Image<float> half(image.width() / 2, image.height() / 2);
+  ParallelFor(0, half.height(), [&](int y) {
+    for (int x = 0; x < half.width(); ++x)
+      half(x, y) = (image(2 * x, 2 * y) + image(2 * x + 1, 2 * y) + image(2 * x, 2 * y + 1) +
+                    image(2 * x + 1, 2 * y + 1)) /
+                   4;
+  });
+  return half;
+}
+
+// The mean of four samples has half their noise if they are independent; demosaiced neighbours share samples
+// and get 0.7.
+StokesImage Half(const StokesImage& image) {
+  StokesImage half{Half(image.s0), Half(image.s1), Half(image.s2), Half(image.noise)};
+  for (float& noise : half.noise.pixels()) noise *= std::numbers::sqrt2_v<float> / 2;
+  return half;
+}
+
+Image<std::uint8_t> HalfMask(const Image<std::uint8_t>& mask) {
+  Image<std::uint8_t> half(mask.width() / 2, mask.height() / 2);
+  for (int y = 0; y < half.height(); ++y)
+    for (int x = 0; x < half.width(); ++x)
+      half(x, y) =
+          mask(2 * x, 2 * y) | mask(2 * x + 1, 2 * y) | mask(2 * x, 2 * y + 1) | mask(2 * x + 1, 2 * y + 1);
+  return half;
+}
+
 }  // namespace
+
+Pinhole HalfCamera(const Pinhole& c) {
+  return {c.width / 2, c.height / 2, c.fx / 2, c.fy / 2, c.cx / 2, c.cy / 2};
+}
 
 float GrayScale(const Workspace& workspace) {
   const int count = int(workspace.views.size()), step = std::max(1, count / 16);
@@ -71,18 +103,23 @@ float GrayScale(const Workspace& workspace) {
 }
 
 StereoView LoadStereoView(const Workspace& workspace, int index, float gray_scale,
-                          const StereoOptions& options) {
+                          const StereoOptions& options, int halvings) {
   const DenseView& dense = workspace.views[std::size_t(index)];
-  const StokesImage stokes = ReadStokes(workspace.StokesPath(index));
+  StokesImage stokes = ReadStokes(workspace.StokesPath(index));
   if (stokes.s0.width() != dense.camera.width || stokes.s0.height() != dense.camera.height)
     throw Error("the Stokes view's size differs from its camera's", workspace.StokesPath(index).string());
   StereoView view;
   view.camera = dense.camera;
   view.cam_from_world = dense.cam_from_world;
+  if (options.masks) view.mask = ReadViewMask(workspace, index);
+  for (int i = 0; i < halvings; ++i) {
+    stokes = Half(stokes);
+    view.camera = HalfCamera(view.camera);
+    if (!view.mask.empty()) view.mask = HalfMask(view.mask);
+  }
   view.gray = MakeGray(stokes.s0, gray_scale);
   view.packed = Pack(view.gray);
   if (workspace.polarized && options.polarization) view.polar = MakePolarSamples(stokes, options);
-  if (options.masks) view.mask = ReadViewMask(workspace, index);
   if (options.silhouettes && !view.mask.empty())
     view.silhouette = Dilate(view.mask, options.silhouette_margin_px);
   view.whole_silhouette = !view.silhouette.empty() && KeepsClearOfBorder(view.silhouette);

@@ -43,8 +43,11 @@ struct DepthNormalMap {
 // The grey value's scale: the largest 99.5th percentile of S0 among at most 16 views.
 float GrayScale(const Workspace& workspace);
 
+// The view, its size halved so often: means of 2x2 pixels (an odd last row or column is left out); a pixel is
+// invalid if one of the four is, and in the mask if one of the four is.
 StereoView LoadStereoView(const Workspace& workspace, int view, float gray_scale,
-                          const StereoOptions& options);
+                          const StereoOptions& options, int halvings = 0);
+Pinhole HalfCamera(const Pinhole& camera);
 
 // Whether no pixel of the picture's border is set.
 bool KeepsClearOfBorder(const Image<std::uint8_t>& mask);

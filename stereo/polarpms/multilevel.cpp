@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/polarpms/multilevel.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "stereo/map_io.h"
+#include "stereo/polarpms/checkerboard.h"
+#include "stereo/polarpms/cost.h"
+#include "stereo/polarpms/done_list.h"
+#include "stereo/polarpms/filter.h"
+#include "stereo/polarpms/view.h"
+#include "stereo/rounds/round.h"
+
+namespace polarscan {
+namespace {
+
+constexpr int kSmallestSide = 64;  // pixels of the coarsest level's shorter side
+
+// One barrier stage. kind: the name of its maps, those of `before` are its input (empty: none).
+struct Step {
+  std::string kind, before, title;
+  bool search = true;  // else a round
+  int halvings = 0, halvings_before = 0;
+  int index = 0;        // among the searches: key of the random numbers
+  float sharpness = 1;  // of a round
+};
+
+std::vector<Step> PlanSteps(const StereoOptions& options, int levels) {
+  std::vector<Step> steps;
+  const auto add = [&](Step step) {
+    step.before = steps.empty() ? "" : steps.back().kind;
+    step.halvings_before = steps.empty() ? step.halvings : steps.back().halvings;
+    step.kind = fmt::format("step{}", steps.size());
+    steps.push_back(step);
+  };
+  for (int level = 0; level < levels; ++level) {
+    const int halvings = levels - 1 - level;
+    const std::string size = halvings ? fmt::format("1/{} size", 1 << halvings) : "full size";
+    add({"", "", "search at " + size, true, halvings, 0, level});
+    const int rounds = level == 0 ? options.rounds : std::min(options.rounds, 1);
+    for (int round = 0; round < rounds; ++round)
+      add({"", "", fmt::format("round {} at {}", round + 1, size), false, halvings, 0, 0,
+           level == 0 && round == 0 ? 1.0f
+           : level == 0             ? 0.7f
+                                    : 0.5f});
+  }
+  steps.back().kind = "geometric";
+  return steps;
+}
+
+class MultilevelStage {
+ public:
+  MultilevelStage(const Workspace& workspace, const StereoOptions& options, std::uint64_t input_hash,
+                  Progress& progress)
+      : workspace_(workspace),
+        options_(options),
+        progress_(progress),
+        scale_(GrayScale(workspace)),
+        done_(workspace, input_hash),
+        steps_(PlanSteps(options, Levels())) {}
+
+  void Run() {
+    std::size_t first = steps_.size();  // the step after the last one that is done for all views
+    while (first > 0 && !IsDone(steps_[first - 1])) --first;
+    for (std::size_t i = first; i < steps_.size(); ++i) {
+      RunStep(steps_[i]);
+      if (i > 0) RemoveMaps(steps_[i].before);
+    }
+    RemoveMaps("photometric");  // of another schedule
+  }
+
+ private:
+  int Count() const { return int(workspace_.views.size()); }
+
+  int Levels() const {
+    int shortest = 1 << 16;
+    for (const DenseView& view : workspace_.views)
+      shortest = std::min({shortest, view.camera.width, view.camera.height});
+    int levels = 1;
+    while (levels < options_.levels && shortest >> levels >= kSmallestSide) ++levels;
+    return levels;
+  }
+
+  bool IsDone(const Step& step) const {
+    for (int view = 0; view < Count(); ++view)
+      if (!done_.IsDone(view, step.kind)) return false;
+    return true;
+  }
+
+  void RemoveMaps(const std::string& kind) {
+    for (int view = 0; view < Count(); ++view) done_.Remove(view, kind);
+  }
+
+  void RunStep(const Step& step) {
+    const auto cache_bytes = std::size_t(options_.cache_gb * 1e9);
+    Cache<StereoView> views(
+        cache_bytes / 2,
+        [&](int v) { return LoadStereoView(workspace_, v, scale_, options_, step.halvings); },
+        [](const StereoView& v) { return v.gray.size() * (8 + (v.polar.empty() ? 0 : 16) + 2); });
+    Cache<DepthNormalMap> maps(
+        cache_bytes / 2, [&](int v) { return ReadMaps(step, v); },
+        [](const DepthNormalMap& m) { return m.depth.size() * 16; });
+    progress_.Begin(step.title, std::size_t(Count()));
+    for (int view = 0; view < Count(); ++view) {
+      progress_.Check();
+      if (!done_.IsDone(view, step.kind)) {
+        const DepthNormalMap map =
+            step.search ? Search(step, view, views, maps) : Round(step, view, views, maps);
+        WriteDepthMap(workspace_.DepthPath(view, step.kind), map.depth);
+        WriteNormalMap(workspace_.NormalPath(view, step.kind), map.normal);
+        done_.Add(view, step.kind);
+      }
+      progress_.Advance();
+    }
+  }
+
+  // The maps of the step before, at this step's size.
+  DepthNormalMap ReadMaps(const Step& step, int view) const {
+    DepthNormalMap map{ReadDepthMap(workspace_.DepthPath(view, step.before)),
+                       ReadNormalMap(workspace_.NormalPath(view, step.before))};
+    if (step.halvings == step.halvings_before) return map;
+    Pinhole camera = workspace_.views[std::size_t(view)].camera;
+    for (int i = 0; i < step.halvings; ++i) camera = HalfCamera(camera);
+    return Enlarged(map, camera);
+  }
+
+  // A map for pictures of twice the size: each pixel lies on the plane of the one that covers it.
+  static DepthNormalMap Enlarged(const DepthNormalMap& half, const Pinhole& camera) {
+    const Pinhole half_camera = HalfCamera(camera);
+    DepthNormalMap map{Image<float>(camera.width, camera.height),
+                       Image<Eigen::Vector3f>(camera.width, camera.height, Eigen::Vector3f::Zero())};
+    ParallelFor(0, camera.height, [&](int y) {
+      for (int x = 0; x < camera.width; ++x) {
+        const int hx = std::min(x / 2, half_camera.width - 1), hy = std::min(y / 2, half_camera.height - 1);
+        const Hypothesis estimate{half.depth(hx, hy), half.normal(hx, hy)};
+        if (estimate.depth <= 0) continue;
+        const float depth = DepthOnPlane(estimate, half_camera.Ray(hx + 0.5, hy + 0.5).cast<float>(),
+                                         camera.Ray(x + 0.5, y + 0.5).cast<float>());
+        map.depth(x, y) = std::clamp(depth, 0.95f * estimate.depth, 1.05f * estimate.depth);
+        map.normal(x, y) = estimate.normal;
+      }
+    });
+    return map;
+  }
+
+  DepthNormalMap Search(const Step& step, int view, Cache<StereoView>& views, Cache<DepthNormalMap>& maps) {
+    const DenseView& dense = workspace_.views[std::size_t(view)];
+    if (dense.sources.empty())
+      throw Error("no other view looks at the same place", dense.name,
+                  "Add pictures between this view and the others");
+    const bool warm = !step.before.empty();
+    const auto reference = views.Get(view);
+    Problem problem{reference.get(), {}, float(dense.depth_min), float(dense.depth_max), view};
+    for (int source : dense.sources) {
+      if (int(problem.sources.size()) >= options_.sources) break;
+      problem.sources.push_back(MakeSource(*reference, views.Get(source), warm ? maps.Get(source) : nullptr));
+    }
+    const Image<DepthInterval> hull =
+        VisualHull(problem, warm ? std::vector<Source>{} : Silhouettes(view, *reference, views));
+    DepthNormalMap map;
+    if (warm) map = *maps.Get(view);
+    const CheckerboardPass pass{warm ? options_.geometric_iterations : options_.photometric_iterations, warm,
+                                100 * step.index};
+    RunCheckerboard(problem, options_, hull, pass, map, progress_);
+    return map;
+  }
+
+  std::vector<Source> Silhouettes(int view, const StereoView& reference, Cache<StereoView>& views) {
+    std::vector<Source> silhouettes;
+    for (int other = 0; options_.silhouettes && other < Count(); ++other) {
+      if (other == view) continue;
+      const auto seen = views.Get(other);
+      if (!seen->silhouette.empty()) silhouettes.push_back(MakeSource(reference, seen, nullptr));
+    }
+    return silhouettes;
+  }
+
+  DepthNormalMap Round(const Step& step, int view, Cache<StereoView>& views, Cache<DepthNormalMap>& maps) {
+    const DenseView& dense = workspace_.views[std::size_t(view)];
+    const auto reference = views.Get(view);
+    Problem problem{reference.get(), {}, float(dense.depth_min), float(dense.depth_max), view};
+    const auto own = maps.Get(view);
+    for (int voter : Voters(view))
+      problem.sources.push_back(MakeSource(*reference, views.Get(voter), maps.Get(voter)));
+    return RunRound(problem, *own, options_, step.sharpness);
+  }
+
+  // The views whose direction to the middle of this view's scene differs least, nearest first.
+  std::vector<int> Voters(int view) const {
+    const DenseView& own = workspace_.views[std::size_t(view)];
+    const double depth = 0.5 * (own.depth_min + own.depth_max);
+    const Eigen::Vector3d middle = own.cam_from_world.Inverse() *
+                                   (depth * own.camera.Ray(own.camera.width / 2., own.camera.height / 2.));
+    const Eigen::Vector3d here = (own.cam_from_world.Center() - middle).normalized();
+    std::vector<std::pair<double, int>> voters;
+    for (int other = 0; other < Count(); ++other) {
+      const Eigen::Vector3d there =
+          (workspace_.views[std::size_t(other)].cam_from_world.Center() - middle).normalized();
+      const double angle = std::acos(std::clamp(here.dot(there), -1.0, 1.0)) * 180 / std::numbers::pi;
+      if (other != view && angle <= options_.vote_angle_deg) voters.emplace_back(angle, other);
+    }
+    std::ranges::sort(voters);
+    std::vector<int> nearest;
+    for (const auto& [angle, other] : voters)
+      if (int(nearest.size()) < options_.vote_views) nearest.push_back(other);
+    return nearest;
+  }
+
+  const Workspace& workspace_;
+  const StereoOptions& options_;
+  Progress& progress_;
+  const float scale_;
+  DoneList done_;
+  const std::vector<Step> steps_;
+};
+
+}  // namespace
+
+void RunMultilevel(const Workspace& workspace, const StereoOptions& options, std::uint64_t input_hash,
+                   Progress& progress) {
+  MultilevelStage(workspace, options, input_hash, progress).Run();
+}
+
+}  // namespace polarscan

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "core/camera.h"
+#include "core/image.h"
+#include "stereo/polarpms/view.h"
+
+namespace polarscan {
+
+struct IntegrationOptions {
+  float data_weight = 0.02f;  // lambda: of the voted depth beside the slopes, for one supporting view
+  float max_confidence = 4;   // views beyond that do not count more
+  float normal_jump = 0.15f;  // difference of neighbouring normals at which a link counts half
+  int iterations = 80;        // of conjugate gradients
+};
+
+// Depth from normals: minimises over w = log z
+//   sum lambda min(c, c_max) (w - w0)^2 + sum g_ij (w_j - w_i - p_ij)^2
+// over pixels and right and lower neighbours, by Jacobi-preconditioned conjugate gradients. In perspective
+// the slope of log z along x is p = -n_x / (f n . ray), exactly; p_ij is the mean of both pixels'. g_ij falls
+// where depth or normals jump. w0: log of the voted depth; c: its confidence. The result has the same pixels.
+Image<float> IntegrateNormals(const Pinhole& camera, const Image<float>& depth,
+                              const Image<float>& confidence, const Image<Eigen::Vector3f>& normals,
+                              const IntegrationOptions& options);
+
+}  // namespace polarscan

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/rounds/round.h"
+
+#include "stereo/rounds/integrate.h"
+#include "stereo/rounds/normals.h"
+#include "stereo/rounds/vote.h"
+
+namespace polarscan {
+
+DepthNormalMap RunRound(const Problem& problem, const DepthNormalMap& own, const StereoOptions& options,
+                        float sharpness) {
+  const float sigma = float(options.vote_sigma) * sharpness;
+  const Vote vote = VoteForDepth(problem, own, {sigma, float(options.vote_support)});
+  DepthNormalMap map{vote.depth, own.normal};
+  if (!options.depth_normal && problem.reference->polar.empty()) return map;
+  IntegrationOptions integration;
+  integration.data_weight = float(options.integration_weight);
+  for (int turn = 0; turn < options.round_turns; ++turn) {
+    NormalOptions normals;
+    normals.sigma = sigma;
+    map.normal = SolveNormals(problem, map.depth, map.normal, normals);
+    if (options.depth_normal)
+      map.depth =
+          IntegrateNormals(problem.reference->camera, vote.depth, vote.confidence, map.normal, integration);
+  }
+  return map;
+}
+
+}  // namespace polarscan

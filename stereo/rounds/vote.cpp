@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/rounds/vote.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/parallel.h"
+
+namespace polarscan {
+namespace {
+
+struct Ballot {
+  float depth = 0, weight = 0;
+};
+
+// What one source says at a pixel: the nearest and the farthest piece of its surface there. Both, because a
+// wrong depth in front must not hide the right one behind it.
+struct Opinion {
+  Ballot near_by, far_off;
+};
+
+// The source's surface as the reference camera would see it. weight: cosine of the angle at which the source
+// sees it.
+Image<Opinion> DrawSurface(const Problem& problem, const Source& source) {
+  const Pinhole& camera = problem.reference->camera;
+  const Pinhole& from = source.view->camera;
+  Image<Opinion> drawn(camera.width, camera.height);
+  const Eigen::Matrix3f back = source.rotation.transpose();
+  const Eigen::Vector3f origin = -(back * source.translation);
+  const float fx = float(camera.fx), fy = float(camera.fy), cx = float(camera.cx), cy = float(camera.cy);
+  for (int y = 0; y < from.height; ++y)
+    for (int x = 0; x < from.width; ++x) {
+      const float depth = source.map->depth(x, y);
+      if (depth <= 0) continue;
+      const Eigen::Vector3f ray((float(x) + 0.5f - source.cx) / source.fx,
+                                (float(y) + 0.5f - source.cy) / source.fy, 1);
+      const Eigen::Vector3f point = back * (depth * ray) + origin;
+      const Eigen::Vector3f normal = back * source.map->normal(x, y);
+      const float facing = normal.dot(point);
+      if (point.z() <= 0 || facing > -0.05f * point.norm()) continue;
+      const float weight = -source.map->normal(x, y).dot(ray) / ray.norm();
+      const float u = fx * point.x() / point.z() + cx, v = fy * point.y() / point.z() + cy;
+      const int left = int(std::floor(u - 0.5f)), top = int(std::floor(v - 0.5f));
+      for (int py = std::max(0, top); py <= std::min(top + 1, camera.height - 1); ++py)
+        for (int px = std::max(0, left); px <= std::min(left + 1, camera.width - 1); ++px) {
+          if (!problem.Active(px, py)) continue;
+          const float z = facing / normal.dot(problem.Ray(px, py));
+          if (std::abs(z / point.z() - 1) > 0.02f) continue;
+          Opinion& opinion = drawn(px, py);
+          if (opinion.near_by.depth <= 0 || z < opinion.near_by.depth) opinion.near_by = {z, weight};
+          if (z > opinion.far_off.depth) opinion.far_off = {z, weight};
+        }
+    }
+  return drawn;
+}
+
+// Support of `depth` by all ballots (sorted by depth), and their mean around it.
+Ballot Support(std::span<const Ballot> ballots, float depth, float sigma) {
+  float sum = 0, mean = 0;
+  for (const Ballot& b : ballots) {
+    const float t = (b.depth - depth) / sigma;
+    if (t < -3) continue;
+    if (t > 3) break;
+    const float weight = b.weight * std::exp(-0.5f * t * t);
+    sum += weight, mean += weight * (b.depth - depth);
+  }
+  return {sum > 0 ? depth + mean / sum : depth, sum};
+}
+
+Ballot NearestMode(std::span<Ballot> ballots, const VoteOptions& options) {
+  std::ranges::sort(ballots, {}, &Ballot::depth);
+  float best = 0;
+  std::vector<float> supports(ballots.size());
+  for (std::size_t i = 0; i < ballots.size(); ++i) {
+    supports[i] = Support(ballots, ballots[i].depth, options.sigma * ballots[i].depth).weight;
+    best = std::max(best, supports[i]);
+  }
+  std::size_t first = 0;
+  while (supports[first] < options.min_support * best) ++first;
+  Ballot mode = ballots[first];
+  for (int i = 0; i < 6; ++i) mode = Support(ballots, mode.depth, options.sigma * mode.depth);
+  return mode;
+}
+
+}  // namespace
+
+Vote VoteForDepth(const Problem& problem, const DepthNormalMap& own, const VoteOptions& options) {
+  const int width = own.depth.width(), height = own.depth.height();
+  std::vector<Image<Opinion>> surfaces(problem.sources.size());
+  ParallelFor(0, int(surfaces.size()), [&](int s) {
+    surfaces[std::size_t(s)] = DrawSurface(problem, problem.sources[std::size_t(s)]);
+  });
+  Vote vote{Image<float>(width, height), Image<float>(width, height)};
+  ParallelFor(0, height, [&](int y) {
+    std::vector<Ballot> ballots;
+    for (int x = 0; x < width; ++x) {
+      if (!problem.Active(x, y)) continue;
+      ballots.clear();
+      const Eigen::Vector3f ray = problem.Ray(x, y);
+      if (own.depth(x, y) > 0) ballots.push_back({own.depth(x, y), -own.normal(x, y).dot(ray) / ray.norm()});
+      for (const Image<Opinion>& surface : surfaces) {
+        const Opinion& opinion = surface(x, y);
+        if (opinion.near_by.depth <= 0) continue;
+        ballots.push_back(opinion.near_by);
+        if (opinion.far_off.depth > opinion.near_by.depth * (1 + 3 * options.sigma))
+          ballots.push_back(opinion.far_off);
+      }
+      if (ballots.empty()) continue;
+      const Ballot mode = NearestMode(ballots, options);
+      vote.depth(x, y) = mode.depth, vote.confidence(x, y) = mode.weight;
+    }
+  });
+  return vote;
+}
+
+}  // namespace polarscan

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "core/image.h"
+#include "stereo/polarpms/problem.h"
+
+namespace polarscan {
+
+// Depth and how many views (weighted by their angle of incidence, the view itself among them) support it.
+struct Vote {
+  Image<float> depth, confidence;
+};
+
+struct VoteOptions {
+  float sigma = 0.006f;      // kernel, as a share of the depth
+  float min_support = 0.3f;  // of the best mode's support, for a nearer mode to win
+};
+
+// Every view's map confronted with the others: the sources' surfaces are drawn into the reference view (each
+// pixel as a small piece of its plane, the nearest piece wins), and each pixel takes the nearest depth that
+// has enough support, by mean shift. A thin part in front of a large surface so keeps its place. Pixels
+// without any estimate stay 0. The sources' maps must be there.
+Vote VoteForDepth(const Problem& problem, const DepthNormalMap& own, const VoteOptions& options);
+
+}  // namespace polarscan
