@@ -56,23 +56,36 @@ class Filter {
   const float max_cos_triangulation_, min_selection_;
 };
 
+template <class Keep>
+void DropUnless(DepthNormalMap& map, Keep&& keep) {
+  ParallelFor(0, map.depth.height(), [&](int y) {
+    for (int x = 0; x < map.depth.width(); ++x) {
+      if (map.depth(x, y) <= 0 || keep(x, y)) continue;
+      map.depth(x, y) = 0;
+      map.normal(x, y).setZero();
+    }
+  });
+}
+
 }  // namespace
 
-void FilterEstimates(const Problem& problem, const StereoOptions& options, MatchState& state) {
+void FilterEstimates(const Problem& problem, const StereoOptions& options,
+                     const std::vector<float>& selection, DepthNormalMap& map) {
   const Filter filter(problem, options);
-  const int width = state.map.depth.width();
   const std::size_t sources = problem.sources.size();
-  ParallelFor(0, state.map.depth.height(), [&](int y) {
-    for (int x = 0; x < width; ++x) {
-      float& depth = state.map.depth(x, y);
-      if (depth <= 0) continue;
-      const float* selection =
-          &state.selection[(std::size_t(y) * std::size_t(width) + std::size_t(x)) * sources];
-      if (filter.HasCue(x, y) && filter.IsConsistent(x, y, {depth, state.map.normal(x, y)}, selection))
-        continue;
-      depth = 0;
-      state.map.normal(x, y).setZero();
-    }
+  const std::vector<float> all(sources, 1.0f);
+  DropUnless(map, [&](int x, int y) {
+    const std::size_t pixel = std::size_t(y) * std::size_t(map.depth.width()) + std::size_t(x);
+    const float* seen = selection.empty() ? all.data() : &selection[pixel * sources];
+    return filter.HasCue(x, y) && filter.IsConsistent(x, y, {map.depth(x, y), map.normal(x, y)}, seen);
+  });
+}
+
+void FilterBySupport(const Problem& problem, const StereoOptions& options, const Image<float>& confidence,
+                     DepthNormalMap& map) {
+  const Filter filter(problem, options);
+  DropUnless(map, [&](int x, int y) {
+    return confidence(x, y) >= float(options.filter_min_support) && filter.HasCue(x, y);
   });
 }
 

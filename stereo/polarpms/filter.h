@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stereo/polarpms/sweep.h"
+#include <vector>
+
+#include "stereo/polarpms/options.h"
+#include "stereo/polarpms/problem.h"
 
 namespace polarscan {
 
@@ -12,6 +15,13 @@ namespace polarscan {
 // - then as COLMAP: fewer than filter_min_consistent sources see it at enough triangulation angle, from the
 // front, with
 //   enough probability and, in the geometric pass, with a small forward-backward error.
-void FilterEstimates(const Problem& problem, const StereoOptions& options, MatchState& state);
+// selection: for each pixel and source, source fastest, how likely it sees the point; empty: all do.
+void FilterEstimates(const Problem& problem, const StereoOptions& options,
+                     const std::vector<float>& selection, DepthNormalMap& map);
+
+// The same after a round across views, which has counted the support already (vote.h): keeps pixels with a
+// cue and a confidence of filter_min_support or more.
+void FilterBySupport(const Problem& problem, const StereoOptions& options, const Image<float>& confidence,
+                     DepthNormalMap& map);
 
 }  // namespace polarscan

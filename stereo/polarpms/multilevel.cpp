@@ -20,7 +20,7 @@
 namespace polarscan {
 namespace {
 
-constexpr int kSmallestSide = 64;  // pixels of the coarsest level's shorter side
+constexpr double kFewestPixels = 5000;  // of the object in a view of the coarsest level
 
 // One barrier stage. kind: the name of its maps, those of `before` are its input (empty: none).
 struct Step {
@@ -78,14 +78,22 @@ class MultilevelStage {
  private:
   int Count() const { return int(workspace_.views.size()); }
 
+  // So many that the coarsest pictures still show something.
   int Levels() const {
-    int shortest = 1 << 16;
-    for (const DenseView& view : workspace_.views)
-      shortest = std::min({shortest, view.camera.width, view.camera.height});
+    double pixels = 0;
+    for (int view = 0; view < Count(); ++view) {
+      const Image<std::uint8_t> mask =
+          options_.masks ? ReadViewMask(workspace_, view) : Image<std::uint8_t>();
+      const Pinhole& camera = workspace_.views[std::size_t(view)].camera;
+      pixels += mask.empty() ? double(camera.width) * camera.height
+                             : double(std::ranges::count_if(mask.pixels(), [](auto m) { return m != 0; }));
+    }
     int levels = 1;
-    while (levels < options_.levels && shortest >> levels >= kSmallestSide) ++levels;
+    while (levels < options_.levels && pixels / Count() / std::pow(4, levels) >= kFewestPixels) ++levels;
     return levels;
   }
+
+  bool IsLast(const Step& step) const { return step.kind == steps_.back().kind; }
 
   bool IsDone(const Step& step) const {
     for (int view = 0; view < Count(); ++view)
@@ -168,6 +176,7 @@ class MultilevelStage {
     const CheckerboardPass pass{warm ? options_.geometric_iterations : options_.photometric_iterations, warm,
                                 100 * step.index};
     RunCheckerboard(problem, options_, hull, pass, map, progress_);
+    if (IsLast(step) && options_.filter) FilterEstimates(problem, options_, {}, map);
     return map;
   }
 
@@ -188,7 +197,9 @@ class MultilevelStage {
     const auto own = maps.Get(view);
     for (int voter : Voters(view))
       problem.sources.push_back(MakeSource(*reference, views.Get(voter), maps.Get(voter)));
-    return RunRound(problem, *own, options_, step.sharpness);
+    RoundResult result = RunRound(problem, *own, options_, step.sharpness);
+    if (IsLast(step) && options_.filter) FilterBySupport(problem, options_, result.confidence, result.map);
+    return std::move(result.map);
   }
 
   // The views whose direction to the middle of this view's scene differs least, nearest first.

@@ -48,7 +48,8 @@ OptionTable Table(StereoOptions& o) {
        0,
        0,
        {"sequential", "checkerboard"}},
-      {"levels", &o.levels, "checkerboard: picture sizes, each twice the one before", "", 1, 6},
+      {"levels", &o.levels,
+       "checkerboard: most picture sizes, each twice the one before; fewer for small objects", "", 1, 6},
       {"rounds", &o.rounds, "checkerboard: rounds across views at the coarsest level; 0: none at any", "", 0,
        10},
       {"chosen-sources", &o.chosen_sources, "checkerboard: source views that decide at a pixel", "", 1, 32},
@@ -130,6 +131,8 @@ OptionTable Table(StereoOptions& o) {
       {"filter-min-consistent", &o.filter_min_consistent, "sources that must agree", "", 0, 64},
       {"filter-max-reprojection", &o.filter_max_reprojection_px,
        "largest forward-backward error of an agreeing source", "px", 0, 100},
+      {"filter-min-support", &o.filter_min_support,
+       "after a round: views, weighted by their angle of incidence, that must support a depth", "", 0, 64},
       {"cache", &o.cache_gb, "memory for pictures and maps of other views", "GB", 0.1, 1000},
   };
 }

@@ -18,12 +18,12 @@ struct StereoOptions {
 
   std::string schedule = "checkerboard";
   int levels = 3;
-  int rounds = 2;
-  int chosen_sources = 4;
+  int rounds = 3;
+  int chosen_sources = 6;
   int photometric_iterations = 3;
   int geometric_iterations = 1;
   bool warm_geometric_pass = true;
-  int sources = 8;
+  int sources = 12;
   int samples = 15;
   int window_radius = 5;
   int window_step = 2;
@@ -52,8 +52,8 @@ struct StereoOptions {
   double vote_support = 0.5;
   double vote_angle_deg = 70;
   int vote_views = 24;
-  int round_turns = 3;
-  double integration_weight = 0.02;
+  int round_turns = 2;
+  double integration_weight = 0.01;
 
   double filter_min_dop = 0.05;
   double filter_min_variance = 1.0;
@@ -61,6 +61,7 @@ struct StereoOptions {
   double filter_min_triangulation_angle_deg = 3.0;
   int filter_min_consistent = 2;
   double filter_max_reprojection_px = 1.0;
+  double filter_min_support = 1.5;
   double cache_gb = 4.0;
 };
 

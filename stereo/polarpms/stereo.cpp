@@ -119,7 +119,7 @@ class SequentialStage {
       RunSweep(problem, options_, hull, sweep, state, progress_);
     }
     const bool last = geometric || options_.geometric_iterations == 0;
-    if (last && options_.filter) FilterEstimates(problem, options_, state);
+    if (last && options_.filter) FilterEstimates(problem, options_, state.selection, state.map);
     WriteDepthMap(workspace_.DepthPath(view, kind), state.map.depth);
     WriteNormalMap(workspace_.NormalPath(view, kind), state.map.normal);
     done_.Add(view, kind);

@@ -7,7 +7,7 @@
 namespace polarscan {
 
 struct IntegrationOptions {
-  float data_weight = 0.02f;  // lambda: of the voted depth beside the slopes, for one supporting view
+  float data_weight = 0.01f;  // lambda: of the voted depth beside the slopes, for one supporting view
   float max_confidence = 4;   // views beyond that do not count more
   float normal_jump = 0.15f;  // difference of neighbouring normals at which a link counts half
   int iterations = 80;        // of conjugate gradients

@@ -7,12 +7,12 @@
 
 namespace polarscan {
 
-DepthNormalMap RunRound(const Problem& problem, const DepthNormalMap& own, const StereoOptions& options,
-                        float sharpness) {
+RoundResult RunRound(const Problem& problem, const DepthNormalMap& own, const StereoOptions& options,
+                     float sharpness) {
   const float sigma = float(options.vote_sigma) * sharpness;
   const Vote vote = VoteForDepth(problem, own, {sigma, float(options.vote_support)});
   DepthNormalMap map{vote.depth, own.normal};
-  if (!options.depth_normal && problem.reference->polar.empty()) return map;
+  if (!options.depth_normal && problem.reference->polar.empty()) return {std::move(map), vote.confidence};
   IntegrationOptions integration;
   integration.data_weight = float(options.integration_weight);
   for (int turn = 0; turn < options.round_turns; ++turn) {
@@ -23,7 +23,7 @@ DepthNormalMap RunRound(const Problem& problem, const DepthNormalMap& own, const
       map.depth =
           IntegrateNormals(problem.reference->camera, vote.depth, vote.confidence, map.normal, integration);
   }
-  return map;
+  return {std::move(map), vote.confidence};
 }
 
 }  // namespace polarscan

@@ -11,7 +11,11 @@ namespace polarscan {
 // integrated from those normals (integrate.h), the last two in turns. `problem`: its sources, with maps, are
 // all views that vote, more than those of the search. sharpness: 1, later rounds less: width of the vote's
 // kernel. Without polarization the normals stay, without the depth-normal term nothing is integrated.
-DepthNormalMap RunRound(const Problem& problem, const DepthNormalMap& own, const StereoOptions& options,
-                        float sharpness);
+struct RoundResult {
+  DepthNormalMap map;
+  Image<float> confidence;  // support of the voted depth
+};
+RoundResult RunRound(const Problem& problem, const DepthNormalMap& own, const StereoOptions& options,
+                     float sharpness);
 
 }  // namespace polarscan

@@ -9,6 +9,8 @@
 namespace polarscan {
 namespace {
 
+constexpr float kReach = 0.7f;  // pixels around its centre that a piece of surface covers
+
 struct Ballot {
   float depth = 0, weight = 0;
 };
@@ -40,9 +42,10 @@ Image<Opinion> DrawSurface(const Problem& problem, const Source& source) {
       if (point.z() <= 0 || facing > -0.05f * point.norm()) continue;
       const float weight = -source.map->normal(x, y).dot(ray) / ray.norm();
       const float u = fx * point.x() / point.z() + cx, v = fy * point.y() / point.z() + cy;
-      const int left = int(std::floor(u - 0.5f)), top = int(std::floor(v - 0.5f));
-      for (int py = std::max(0, top); py <= std::min(top + 1, camera.height - 1); ++py)
-        for (int px = std::max(0, left); px <= std::min(left + 1, camera.width - 1); ++px) {
+      const int left = int(std::floor(u - kReach + 0.5f)), right = int(std::floor(u + kReach - 0.5f)),
+                top = int(std::floor(v - kReach + 0.5f)), bottom = int(std::floor(v + kReach - 0.5f));
+      for (int py = std::max(0, top); py <= std::min(bottom, camera.height - 1); ++py)
+        for (int px = std::max(0, left); px <= std::min(right, camera.width - 1); ++px) {
           if (!problem.Active(px, py)) continue;
           const float z = facing / normal.dot(problem.Ray(px, py));
           if (std::abs(z / point.z() - 1) > 0.02f) continue;

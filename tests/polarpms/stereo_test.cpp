@@ -205,9 +205,13 @@ TEST_F(Sphere, GoesOnAfterACancelAndRepairsADamagedMap) {
     int views = 0;
   } stop;
   EXPECT_THROW(EstimateDepths(folder_, Quick("default"), stop), Cancelled);
-  EXPECT_TRUE(fs::exists(workspace_.DepthPath(2, "photometric")));
-  EXPECT_FALSE(fs::exists(workspace_.DepthPath(4, "photometric")));
-  std::ofstream(workspace_.DepthPath(1, "photometric"), std::ios::trunc) << "damage";
+  EXPECT_TRUE(fs::exists(workspace_.DepthPath(2, "step0")));
+  EXPECT_FALSE(fs::exists(workspace_.DepthPath(4, "step0")));
+  std::ofstream(workspace_.DepthPath(1, "step0"), std::ios::trunc) << "damage";
+  EstimateDepths(folder_, Quick("default"), progress_);
+  EXPECT_TRUE(AllBytes() == undisturbed);
+  EXPECT_FALSE(fs::exists(workspace_.DepthPath(1, "step0"))) << "left over";
+  std::ofstream(workspace_.NormalPath(1, "geometric"), std::ios::trunc) << "damage";
   EstimateDepths(folder_, Quick("default"), progress_);
   EXPECT_TRUE(AllBytes() == undisturbed);
 }

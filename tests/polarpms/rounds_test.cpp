@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+
+#include "core/random.h"
+#include "stereo/rounds/integrate.h"
+#include "stereo/rounds/normals.h"
+#include "stereo/rounds/vote.h"
+
+namespace polarscan {
+namespace {
+
+constexpr int kSize = 60;
+const Pinhole kCamera{kSize, kSize, 90, 90, kSize / 2.0, kSize / 2.0};
+
+float AngleDegrees(const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
+  return std::acos(std::clamp(a.dot(b), -1.0f, 1.0f)) * 180 / std::numbers::pi_v<float>;
+}
+
+// The unit sphere at the world's origin, seen from distance 4 at an angle about the vertical axis.
+struct SphereView {
+  std::shared_ptr<StereoView> view = std::make_shared<StereoView>();
+  std::shared_ptr<DepthNormalMap> map = std::make_shared<DepthNormalMap>();
+};
+
+SphereView MakeSphereView(double angle) {
+  SphereView sphere;
+  StereoView& view = *sphere.view;
+  view.camera = kCamera;
+  view.cam_from_world.rotation = Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  view.cam_from_world.translation = {0, 0, 4};
+  view.gray = Image<float>(kSize, kSize, 0.5f);
+  view.packed = Pack(view.gray);
+  view.polar = Image<PolarSample>(kSize, kSize);
+  view.mask = Image<std::uint8_t>(kSize, kSize);
+  *sphere.map = {Image<float>(kSize, kSize), Image<Eigen::Vector3f>(kSize, kSize, Eigen::Vector3f::Zero())};
+  const Eigen::Vector3d center(0, 0, 4);
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) {
+      const Eigen::Vector3d ray = kCamera.Ray(x + 0.5, y + 0.5);
+      const double a = ray.squaredNorm(), b = ray.dot(center), c = 15;
+      if (b * b < a * c) continue;
+      const double depth = (b - std::sqrt(b * b - a * c)) / a;
+      const Eigen::Vector3d n = depth * ray - center;
+      const double azimuth = std::atan2(-(n.y() - n.z() * ray.y()), n.x() - n.z() * ray.x());
+      view.mask(x, y) = 255;
+      view.polar(x, y) = {float(std::cos(azimuth)), float(std::sin(azimuth)), 1, 0.1f};
+      sphere.map->depth(x, y) = float(depth);
+      sphere.map->normal(x, y) = n.cast<float>();
+    }
+  return sphere;
+}
+
+// A reference view and its sources on the sphere.
+struct SphereProblem {
+  explicit SphereProblem(const std::vector<double>& angles) : own(MakeSphereView(0)) {
+    problem.reference = own.view.get();
+    problem.depth_min = 2.5f, problem.depth_max = 5.5f;
+    for (double angle : angles) {
+      const SphereView other = MakeSphereView(angle);
+      problem.sources.push_back(MakeSource(*own.view, other.view, other.map));
+    }
+  }
+  SphereView own;
+  Problem problem;
+};
+
+TEST(Vote, RepairsWrongDepthsOfOneViewFromTheOthers) {
+  SphereProblem sphere({-0.5, -0.3, -0.15, 0.15, 0.3, 0.5});
+  DepthNormalMap damaged = *sphere.own.map;
+  for (int y = 0; y < kSize; ++y)
+    for (int x = y % 3; x < kSize; x += 3)
+      if (damaged.depth(x, y) > 0) damaged.depth(x, y) *= x % 2 ? 1.2f : 0.9f;
+  const Vote vote = VoteForDepth(sphere.problem, damaged, {});
+  int off = 0, count = 0;
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) {
+      const float truth = sphere.own.map->depth(x, y);
+      // The rim is seen by few views.
+      if (truth <= 0 || sphere.own.map->normal(x, y).z() > -0.5f) continue;
+      ++count;
+      off += std::abs(vote.depth(x, y) - truth) > 0.01f;
+    }
+  EXPECT_GT(count, 500);
+  EXPECT_LT(off, count / 50);
+}
+
+TEST(Vote, AThinPartInFrontKeepsItsPlaceAndALonelyDepthDoesNot) {
+  // Three views say 2 at a pixel where six say 3, and one says 1.
+  SphereProblem sphere({0, 0, 0, 0, 0, 0, 0, 0, 0});
+  const auto constant = [](float depth) {
+    DepthNormalMap map{Image<float>(kSize, kSize, depth),
+                       Image<Eigen::Vector3f>(kSize, kSize, Eigen::Vector3f(0, 0, -1))};
+    return std::make_shared<const DepthNormalMap>(std::move(map));
+  };
+  for (std::size_t s = 0; s < 9; ++s) sphere.problem.sources[s].map = constant(s < 3 ? 2.0f : 3.0f);
+  const Vote vote = VoteForDepth(sphere.problem, *constant(1), {0.006f, 0.4f});
+  EXPECT_NEAR(vote.depth(kSize / 2, kSize / 2), 2, 0.01);
+  EXPECT_NEAR(vote.confidence(kSize / 2, kSize / 2), 3, 0.1);
+}
+
+TEST(Integration, FindsTheSphereFromItsNormalsAndFewDepths) {
+  const SphereView sphere = MakeSphereView(0);
+  Image<float> rough = sphere.map->depth, confidence(kSize, kSize);
+  Random random(1);
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) {
+      if (rough(x, y) <= 0) continue;
+      rough(x, y) *= random.Uniform(0.995f, 1.005f);
+      confidence(x, y) = 2;
+    }
+  IntegrationOptions options;
+  options.iterations = 300;
+  const Image<float> depth = IntegrateNormals(kCamera, rough, confidence, sphere.map->normal, options);
+  double before = 0, after = 0, count = 0;
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) {
+      const float truth = sphere.map->depth(x, y);
+      if (truth <= 0 || sphere.map->normal(x, y).z() > -0.5f) continue;
+      before += std::abs(rough(x, y) - truth), after += std::abs(depth(x, y) - truth), ++count;
+    }
+  EXPECT_LT(after, before / 4);
+  EXPECT_LT(after / count, 0.002);
+}
+
+TEST(Integration, ChangesNothingThatFitsItsNormals) {
+  // A plane's log z is not linear in the pixel, but the mean of both slopes is right to second order.
+  const Eigen::Vector3f normal = Eigen::Vector3f(0.4f, -0.2f, -1).normalized();
+  Image<float> depth(kSize, kSize), confidence(kSize, kSize, 1.0f);
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x)
+      depth(x, y) = normal.z() * 3 / normal.dot(kCamera.Ray(x + 0.5, y + 0.5).cast<float>());
+  const Image<float> result = IntegrateNormals(
+      kCamera, depth, confidence, Image<Eigen::Vector3f>(kSize, kSize, normal), IntegrationOptions{});
+  for (std::size_t i = 0; i < depth.size(); ++i)
+    EXPECT_NEAR(result.pixels()[i], depth.pixels()[i], 2e-4f * depth.pixels()[i]);
+}
+
+TEST(Normals, OfADepthMapFollowTheSphere) {
+  const SphereProblem sphere({});
+  const Image<Eigen::Vector3f> normals = DepthNormals(sphere.problem, sphere.own.map->depth);
+  for (int y = 10; y < kSize - 10; ++y)
+    for (int x = 10; x < kSize - 10; ++x)
+      if (sphere.own.map->normal(x, y).z() < -0.7f) {
+        EXPECT_LT(AngleDegrees(normals(x, y), sphere.own.map->normal(x, y)), 3) << x << " " << y;
+      }
+}
+
+TEST(Normals, AreFoundFromTheAnglesOfPolarizationThoughAllStartsAreWrong) {
+  const SphereProblem sphere({-0.5, -0.3, 0.3, 0.5});
+  Image<Eigen::Vector3f> start = sphere.own.map->normal;
+  Random random(2);
+  for (Eigen::Vector3f& n : start.pixels())
+    if (n.squaredNorm() > 0.5f)
+      n = (n + 0.35f * Eigen::Vector3f(random.Uniform(-1, 1), random.Uniform(-1, 1), 0)).normalized();
+  const Image<Eigen::Vector3f> solved = SolveNormals(sphere.problem, sphere.own.map->depth, start, {});
+  double before = 0, after = 0, count = 0;
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) {
+      const Eigen::Vector3f& truth = sphere.own.map->normal(x, y);
+      if (truth.z() > -0.5f) continue;
+      before += AngleDegrees(start(x, y), truth), after += AngleDegrees(solved(x, y), truth), ++count;
+    }
+  EXPECT_GT(before / count, 8);
+  EXPECT_LT(after / count, 1.5);
+}
+
+}  // namespace
+}  // namespace polarscan
