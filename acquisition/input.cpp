@@ -7,6 +7,8 @@
 
 #include "acquisition/input_forms.h"
 #include "acquisition/input_options.h"
+#include "acquisition/input_shot.h"
+#include "acquisition/session/session_views.h"
 #include "core/error.h"
 
 namespace polarscan {
@@ -18,8 +20,6 @@ void RequireFolder(const fs::path& folder) {
   if (!fs::exists(folder)) throw Error("there is no such folder", folder.string(), "Is the path right?");
   if (!fs::is_directory(folder))
     throw Error("a folder with pictures was expected, this is a file", folder.string());
-  if (fs::exists(folder / "session.json"))
-    throw Error("recorded sessions cannot be read yet", folder.string(), "Give a folder with pictures");
 }
 
 Layout MosaicLayout(const Input& input, const InputOptions& options) {
@@ -81,9 +81,34 @@ void SetSensor(Input& input, const InputOptions& options, const Picture& first) 
         input.folder.string(), "Check --black-level, --white-level and --bits");
 }
 
+Picture FirstPicture(const Input& input) {
+  return input.session ? ReadShot(input, input.views[0]) : ReadPicture(input.views[0].files[0]);
+}
+
 bool IsJpeg(const fs::path& path) {
   const std::string extension = path.extension().string();
   return extension == ".jpg" || extension == ".jpeg" || extension == ".JPG" || extension == ".JPEG";
+}
+
+void AddSessionNotes(Input& input) {
+  const FrameCounts& counts = input.session->info.counts;
+  if (counts.lost + counts.dropped > 0) input.notes.push_back("the session: " + Describe(counts));
+  for (const std::string& damage : input.session->damage)
+    input.notes.push_back("the session is damaged: " + damage);
+}
+
+// Damaged frames are left out here, so that what is whole can be used.
+void OpenSessionInput(Input& input) {
+  input.kind = InputKind::kMosaic;
+  input.session = std::make_shared<Session>(OpenSession(input.folder, Verify::kPayloads));
+  for (const SessionView& view : ViewsOf(*input.session))
+    input.views.push_back({view.name, {}, std::nullopt, view.frames});
+  if (input.views.empty()) throw Error("there are no whole frames in this session", input.folder.string());
+}
+
+void OpenPictures(Input& input, const InputOptions& options) {
+  input.kind = RecognizeKind(input.folder, options);
+  input.views = ListViews(input.folder, input.kind);
 }
 
 void AddNotes(Input& input, const InputOptions& options) {
@@ -93,6 +118,7 @@ void AddNotes(Input& input, const InputOptions& options) {
                                       without, input.views.size()));
   if (!input.polarized())
     input.notes.push_back("plain photos: no polarization is known, so stereo goes by the intensity alone");
+  if (input.session) return AddSessionNotes(input);
   if (input.polarized() && options.gamma <= 0 && IsJpeg(input.views[0].files[0]))
     input.notes.push_back("JPEG pictures are taken as linear in light (--gamma 2.2 if they are not)");
   if (input.kind == InputKind::kRgbAopDop && options.aop_sense == "auto")
@@ -112,8 +138,7 @@ Input OpenInput(const fs::path& folder, const InputOptions& given) {
   const InputOptions options = WithSetJson(given, folder);
   Input input;
   input.folder = folder;
-  input.kind = RecognizeKind(folder, options);
-  input.views = ListViews(folder, input.kind);
+  IsSession(folder) ? OpenSessionInput(input) : OpenPictures(input, options);
   FindMasks(folder, input.views);
   if (fs::is_directory(folder / "sparse")) input.known_model = folder / "sparse";
   input.clockwise = options.aop_sense == "clockwise";
@@ -121,7 +146,7 @@ Input OpenInput(const fs::path& folder, const InputOptions& given) {
     throw Error("a mosaic's sense of angles is its layout", "--aop-sense clockwise",
                 "Swap 45 and 135 in --layout");
   input.aop_scale = options.aop_scale;
-  SetSensor(input, options, ReadPicture(input.views[0].files[0]));
+  SetSensor(input, options, FirstPicture(input));
   AddNotes(input, options);
   ReadView(input, 0);  // what does not fit together should show now
   return input;

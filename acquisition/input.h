@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <filesystem>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "acquisition/session/session_reader.h"
 #include "core/image_io.h"
 #include "core/options.h"
 #include "demosaic/sensor.h"
@@ -37,6 +39,7 @@ struct InputView {
   std::string name;  // the pictures' stem: the view's name in every later stage
   std::vector<std::filesystem::path> files;
   std::optional<std::filesystem::path> mask;
+  std::vector<std::size_t> frames;  // of a session instead of files
 };
 
 // An INPUT folder understood, with everything that was decided about it. The forms it may have:
@@ -45,6 +48,7 @@ struct InputView {
 //   anticlockwise NAME.tif                           S0, S1, S2 (and noise) as float32 pages; flat or in
 //   stokes/ NAME_s0.exr NAME_s1.exr NAME_s2.exr   float EXR or TIFF, grey or colour; flat or in stokes/; or
 //   folders s0/ s1/ s2/ rgb/ aop/ dop/ NAME.*              intensity, angle and degree of polarization
+//   session.json, segments/            a recorded session: mosaics, one view a shot (docs/capture.md)
 //   NAME.jpg                           photos without polarization; flat or in photos/ or images/
 // and beside them masks/NAME.* (255 = object), sparse/ (COLMAP model with known poses) and set.json.
 struct Input {
@@ -52,6 +56,7 @@ struct Input {
   InputKind kind = InputKind::kPhotos;
   std::vector<InputView> views;  // sorted by name
   Sensor sensor;
+  std::shared_ptr<const Session> session;  // where the views are its shots
   bool clockwise = false;          // the source's angles of polarization run clockwise; Stokes views never do
   std::string aop_scale = "auto";  // of aop/: see the option table
   std::optional<std::filesystem::path> known_model;  // sparse/

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "acquisition/session/session_views.h"
 #include "core/error.h"
 #include "core/files.h"
 
@@ -138,6 +139,10 @@ InputOptions WithSetJson(InputOptions options, const std::filesystem::path& fold
     if (!set.is_object()) throw Error("set.json must hold one object", path.string());
     FillFromSet(Reader(set, path), options);
     if (set.contains("sensor")) FillFromSensor(Reader(set["sensor"], path), options);
+  }
+  if (IsSession(folder)) {
+    const json sensor = SensorOf(OpenSession(folder));
+    FillFromSensor(Reader(sensor, folder / "session.json"), options);
   }
   Validate(Table(options));
   return options;

@@ -9,7 +9,7 @@ namespace polarscan {
 //    "sensor": {"layout": "90 45 / 135 0 (any remark)", "bits": 12, "black_dn": 60, "white_dn": 4000,
 //               "max_dn": 4095, "full_well_e": 10500, "dn_per_e": 0.375, "read_noise_e": 2.5}}
 // All keys are optional and others are ignored. Without white_dn the smaller of max_dn and the full well
-// counts.
+// counts. What is still open then is taken from "sensor" in FOLDER/session.json, which has the same keys.
 InputOptions WithSetJson(InputOptions options, const std::filesystem::path& folder);
 
 }  // namespace polarscan

@@ -5,7 +5,10 @@
 #include <cctype>
 
 #include "acquisition/input.h"
+#include "acquisition/input_shot.h"
+#include "acquisition/session/session_views.h"
 #include "core/error.h"
+#include "demosaic/pixel_format.h"
 
 namespace polarscan {
 namespace {
@@ -26,6 +29,7 @@ std::vector<Picture> ReadPages(const fs::path& path) {
 }
 
 std::vector<Picture> ReadPictures(const Input& input, const InputView& view) {
+  if (input.session) return {ReadShot(input, view)};
   if (input.kind == InputKind::kStokes && view.files.size() == 1) return ReadPages(view.files[0]);
   std::vector<Picture> pictures;
   for (const fs::path& file : view.files) pictures.push_back(ReadPicture(file));
@@ -84,13 +88,27 @@ void CheckPicture(const Input& input, const fs::path& path, Picture& picture) {
   picture.planes.resize(1);
 }
 
+// Where a picture comes from, for messages.
+fs::path PathOf(const Input& input, const InputView& view, std::size_t picture) {
+  return input.session ? input.folder / view.name : view.files[std::min(picture, view.files.size() - 1)];
+}
+
 }  // namespace
+
+Picture ReadShot(const Input& input, const InputView& view) {
+  Picture picture;
+  picture.planes.push_back(MedianCounts(*input.session, {view.name, view.frames}));
+  const std::string& format = input.session->frames[view.frames[0]].info.pixel_format;
+  picture.bits = ParsePixelFormat(format).bits == 8 ? 8 : 16;
+  picture.full_scale = picture.bits == 8 ? 255 : 65535;
+  return picture;
+}
 
 LoadedView ReadView(const Input& input, int index) {
   const InputView& view = input.views[std::size_t(index)];
   LoadedView loaded{view.name, ReadPictures(input, view), {}};
   for (std::size_t i = 0; i < loaded.pictures.size(); ++i)
-    CheckPicture(input, view.files[std::min(i, view.files.size() - 1)], loaded.pictures[i]);
+    CheckPicture(input, PathOf(input, view, i), loaded.pictures[i]);
   CheckAgreement(input, view, loaded.pictures);
   if (!view.mask) return loaded;
   loaded.mask = ReadMask(*view.mask);

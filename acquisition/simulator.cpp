@@ -124,24 +124,31 @@ Pinhole SimulatedPinhole(const SimulatorOptions& options) {
   return {options.width, options.height, focal, focal, 0.5 * options.width, 0.5 * options.height};
 }
 
+SimulatedShoot PrepareShoot(Scene scene, const SimulatorOptions& options, Progress& progress) {
+  const std::vector<CameraRing> rings = ParseRings(options.rings);
+  progress.Begin("lighting the scene", 1, "scene");
+  LitScene lit = Illuminate(std::move(scene), progress);
+  progress.Advance();
+  const Pinhole camera = SimulatedPinhole(options);
+  std::vector<SimulatedView> views =
+      RingViews(rings, options.jitter_deg, options.seed, lit.scene.object, camera, options.fill);
+  const double gain = options.exposure * AutomaticGain(lit, camera, views);
+  return {std::move(lit), camera, std::move(views), gain};
+}
+
 SimulationSummary Simulate(const SimulatorOptions& options, const fs::path& folder, Progress& progress) {
   SimulatorOptions effective = options;
   Validate(Table(effective));
   effective.scene.seed = options.seed;
   FrameSettings settings{options.sensor, options.samples, 1, options.seed, 0};
   settings.sensor.layout = ParseLayout(options.layout);
-  const std::vector<CameraRing> rings = ParseRings(options.rings);
+  ParseRings(options.rings);  // what is wrong with the options shows before the folder is touched
   Scene scene = MakeScene(effective.scene);
   PrepareFolder(folder);
   WriteJson(folder / "set.json", SetJson(options, settings.sensor, {}, false));
 
-  progress.Begin("lighting the scene", 1, "scene");
-  const LitScene lit = Illuminate(std::move(scene), progress);
-  progress.Advance();
-  const Pinhole camera = SimulatedPinhole(options);
-  const std::vector<SimulatedView> views =
-      RingViews(rings, options.jitter_deg, options.seed, lit.scene.object, camera, options.fill);
-  settings.gain = options.exposure * AutomaticGain(lit, camera, views);
+  const auto [lit, camera, views, gain] = PrepareShoot(std::move(scene), options, progress);
+  settings.gain = gain;
   WriteTruth(folder, lit.scene, camera, views, options.known_poses);
 
   progress.Begin("taking pictures", views.size());

@@ -55,6 +55,15 @@ Image<std::uint8_t> RenderMask(const LitScene& lit, const Pinhole& camera, const
 // The gain at which 0.5 % of the lit pixels of these views clip in their brightest polarizer.
 double AutomaticGain(const LitScene& lit, const Pinhole& camera, const std::vector<SimulatedView>& views);
 
+// A scene ready to be photographed: lit, with the cameras in their places and the exposure set.
+struct SimulatedShoot {
+  LitScene lit;
+  Pinhole camera;
+  std::vector<SimulatedView> views;
+  double gain = 1;
+};
+SimulatedShoot PrepareShoot(Scene scene, const SimulatorOptions& options, Progress& progress);
+
 struct SimulationSummary {
   int views = 0;
   double gain = 0, distance = 0;

@@ -42,9 +42,14 @@ nlohmann::json GivenOptions(const CLI::App& command, const OptionTable& table);
 //   }
 //
 // Errors are thrown (polarscan::Error, Cancelled); main.cpp turns them into messages and exit codes.
+void AddCamerasCommand(CLI::App& app, Context& context);
+void AddCaptureCommand(CLI::App& app, Context& context);
+void AddCheckCommand(CLI::App& app, Context& context);
 void AddDemosaicCommand(CLI::App& app, Context& context);
 void AddEvaluateCommand(CLI::App& app, Context& context);
+void AddExportCommand(CLI::App& app, Context& context);
 void AddFuseCommand(CLI::App& app, Context& context);
+void AddImportCommand(CLI::App& app, Context& context);
 void AddReconstructCommand(CLI::App& app, Context& context);
 void AddReportCommand(CLI::App& app, Context& context);
 void AddSfmCommand(CLI::App& app, Context& context);

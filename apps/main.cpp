@@ -59,6 +59,11 @@ void AddGlobalOptions(CLI::App& app, GlobalOptions& options, Context& context) {
 
 void AddCommands(CLI::App& app, Context& context) {
   AddSimulateCommand(app, context);
+  AddCamerasCommand(app, context);
+  AddCaptureCommand(app, context);
+  AddCheckCommand(app, context);
+  AddImportCommand(app, context);
+  AddExportCommand(app, context);
   AddReconstructCommand(app, context);
   AddDemosaicCommand(app, context);
   AddSfmCommand(app, context);

@@ -132,6 +132,19 @@ void Terminal::Info(const std::string& message) {
   Show(spdlog::level::info, message);
 }
 
+void Terminal::Status(const std::string& line) {
+  const std::lock_guard lock(mutex_);
+  const auto now = Clock::now();
+  if (in_place_) {
+    fmt::print(stderr, "\r\x1b[K{}", line);
+    std::fflush(stderr);
+    line_shown_ = true;
+  } else if (now - shown_ >= kPlainLine) {
+    log_->info(line);
+    shown_ = now;
+  }
+}
+
 void Terminal::Fail(const std::string& message) {
   const std::lock_guard lock(mutex_);
   Show(spdlog::level::err, "polarscan: " + message);

@@ -27,6 +27,8 @@ class Terminal : public Progress {
   void Advance(std::size_t units = 1) override;
   void Warn(const std::string& message) override;
   void Info(const std::string& message) override;
+  void Status(
+      const std::string& line);  // instead of a step's progress: redrawn in place, elsewhere now and then
   void Fail(const std::string& message);  // an error, in red
   void Say(const std::string& message);   // shown also with --quiet: a command's result
   void End();                             // the current step is over: its line disappears

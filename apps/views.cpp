@@ -80,6 +80,7 @@ std::uint64_t HashView(const Input& input, const InputView& view, const Demosaic
   const int format = 1;  // of what is written; to be raised when that changes
   std::uint64_t hash = Hash(fmt::format("{} {} {}", format, Meaning(input).dump(), options.method));
   for (const fs::path& file : view.files) hash = HashFile(file, hash);
+  for (const std::size_t frame : view.frames) hash = Hash(ToHex(input.session->frames[frame].hash), hash);
   return view.mask ? HashFile(*view.mask, hash) : hash;
 }
 

@@ -25,15 +25,6 @@ struct Descriptor {
   }
 };
 
-[[noreturn]] void ThrowSystemError(const std::string& what, const std::filesystem::path& path) {
-  const int code = errno;
-  std::string reason = std::strerror(code), advice;
-  if (code == ENOSPC || code == EDQUOT)
-    reason = "disk full", advice = "Free some space and run the same command again";
-  if (code == EROFS || code == EACCES || code == EPERM) advice = "Choose a folder that you may write to";
-  throw Error(fmt::format("{} ({})", what, reason), path.string(), advice);
-}
-
 void SyncPath(const std::filesystem::path& path, int flags) {
   const Descriptor file{::open(path.c_str(), flags | O_CLOEXEC)};
   if (file.fd < 0 || ::fsync(file.fd) != 0) ThrowSystemError("cannot write to the disk", path);
@@ -47,6 +38,15 @@ std::filesystem::path TemporaryName(const std::filesystem::path& path) {
 }
 
 }  // namespace
+
+void ThrowSystemError(const std::string& what, const std::filesystem::path& path) {
+  const int code = errno;
+  std::string reason = std::strerror(code), advice;
+  if (code == ENOSPC || code == EDQUOT)
+    reason = "disk full", advice = "Free some space and run the same command again";
+  if (code == EROFS || code == EACCES || code == EPERM) advice = "Choose a folder that you may write to";
+  throw Error(fmt::format("{} ({})", what, reason), path.string(), advice);
+}
 
 std::string ReadFile(const std::filesystem::path& path) {
   const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};

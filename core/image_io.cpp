@@ -69,9 +69,9 @@ void SplitPlanes(const cv::Mat& image, Picture& picture) {
   }
 }
 
-void WritePngBytes(const fs::path& path, const cv::Mat& image) {
+void WriteEncoded(const fs::path& path, const cv::Mat& image, const char* extension = ".png") {
   std::vector<unsigned char> bytes;
-  if (!cv::imencode(".png", image, bytes)) throw Error("cannot encode the picture", path.string());
+  if (!cv::imencode(extension, image, bytes)) throw Error("cannot encode the picture", path.string());
   WriteFileAtomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
@@ -176,15 +176,20 @@ Image<std::uint8_t> ReadMask(const fs::path& path) {
 }
 
 void WritePng(const fs::path& path, const Image<std::uint8_t>& image) {
-  WritePngBytes(path, cv::Mat(image.height(), image.width(), CV_8U, const_cast<std::uint8_t*>(image.row(0))));
+  WriteEncoded(path, cv::Mat(image.height(), image.width(), CV_8U, const_cast<std::uint8_t*>(image.row(0))));
 }
 
 void WritePng(const fs::path& path, const Image<std::uint16_t>& image) {
-  WritePngBytes(path,
-                cv::Mat(image.height(), image.width(), CV_16U, const_cast<std::uint16_t*>(image.row(0))));
+  WriteEncoded(path,
+               cv::Mat(image.height(), image.width(), CV_16U, const_cast<std::uint16_t*>(image.row(0))));
 }
 
-void WritePng(const fs::path& path, const Image<Rgb8>& image) { WritePngBytes(path, ToBgr(image)); }
+void WriteTiff(const fs::path& path, const Image<std::uint16_t>& image) {
+  WriteEncoded(path, cv::Mat(image.height(), image.width(), CV_16U, const_cast<std::uint16_t*>(image.row(0))),
+               ".tiff");
+}
+
+void WritePng(const fs::path& path, const Image<Rgb8>& image) { WriteEncoded(path, ToBgr(image)); }
 
 std::string EncodeJpeg(const Image<Rgb8>& image, int quality) {
   std::vector<unsigned char> bytes;

@@ -33,6 +33,8 @@ Image<std::uint8_t> ReadMask(const std::filesystem::path& path);
 void WritePng(const std::filesystem::path& path, const Image<std::uint8_t>& image);
 void WritePng(const std::filesystem::path& path, const Image<Rgb8>& image);
 void WritePng(const std::filesystem::path& path, const Image<std::uint16_t>& image);
+// 16-bit grey TIFF, lossless; atomic.
+void WriteTiff(const std::filesystem::path& path, const Image<std::uint16_t>& image);
 
 // The bytes of a JPEG file (quality 1 to 100), for pictures inside an HTML page.
 std::string EncodeJpeg(const Image<Rgb8>& image, int quality);

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/camera/camera.h"
+
+#include "acquisition/camera/replay_camera.h"
+#include "acquisition/camera/simulated_camera.h"
+#include "core/error.h"
+
+namespace polarscan {
+
+nlohmann::json ToJson(const CameraInfo& info) {
+  return {{"id", info.id}, {"vendor", info.vendor}, {"model", info.model}, {"serial", info.serial}};
+}
+
+std::vector<CameraInfo> ListCameras() { return {OpenSimulatedCamera({})->info()}; }
+
+std::unique_ptr<Camera> OpenCamera(const std::string& id, std::uint64_t seed) {
+  constexpr std::string_view kReplay = "replay:";
+  if (id.starts_with(kReplay)) return OpenReplayCamera(id.substr(kReplay.size()));
+  if (id == "simulated") {
+    SimulatedCameraOptions options;
+    options.simulator.seed = seed;
+    return OpenSimulatedCamera(options);
+  }
+  std::string known;
+  for (const CameraInfo& camera : ListCameras()) known += camera.id + ", ";
+  throw Error("there is no such camera", id, "There are " + known + "and replay:SESSION for a recording");
+}
+
+}  // namespace polarscan

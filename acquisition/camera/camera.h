@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <chrono>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "acquisition/camera/frame.h"
+#include "core/progress.h"
+
+namespace polarscan {
+
+// id: what OpenCamera takes, "simulated", "replay:FOLDER".
+struct CameraInfo {
+  std::string id, vendor, model, serial;
+};
+nlohmann::json ToJson(const CameraInfo& info);
+
+// How a call to Next ended.
+enum class Delivery {
+  kFrame,    // a whole frame
+  kDamaged,  // a frame that is not whole: only its sequence number and reason are there
+  kNothing,  // none came in time
+  kEnded,    // none will come any more
+};
+
+// A camera that is open. The same for all backends; above this line nobody knows which one it is. One thread
+// at a time; Next may run on another thread than the rest.
+class Camera {
+ public:
+  virtual ~Camera() = default;
+  virtual CameraInfo info() const = 0;
+  // What the pictures mean, as "sensor" in set.json (docs/input.md). What the camera does not tell is not
+  // there.
+  virtual nlohmann::json sensor() const = 0;
+  // {name: value} of everything that can be set or read. Throws Error if the camera does not answer.
+  virtual nlohmann::json features() const = 0;
+  // Before Start. Throws Error if there is no such feature or its value is not allowed.
+  virtual void Set(const std::string& feature, const std::string& value) = 0;
+
+  virtual void Start(Progress& progress) = 0;
+  // Waits at most `timeout`. Fills `frame`; its memory is used again. On kDamaged info.name says what is
+  // wrong.
+  virtual Delivery Next(Frame& frame, std::chrono::milliseconds timeout) = 0;
+  virtual void Stop() = 0;
+};
+
+// The cameras that can be opened now. Never throws because one backend fails.
+std::vector<CameraInfo> ListCameras();
+
+// Throws Error naming the cameras there are.
+std::unique_ptr<Camera> OpenCamera(const std::string& id, std::uint64_t seed = 0);
+
+}  // namespace polarscan

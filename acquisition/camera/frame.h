@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace polarscan {
+
+// What is known about one frame. NaN: the camera does not say.
+struct FrameInfo {
+  std::uint64_t sequence = 0;  // the camera's frame number, unwrapped: a gap means frames that never came
+  std::int64_t camera_time_ns = 0;  // by the camera's clock; 0: unknown
+  std::int64_t host_time_ns = 0;    // Unix time at which the frame was complete here
+  std::string pixel_format;         // its PFNC name (demosaic/pixel_format.h)
+  int width = 0, height = 0;        // px
+  int stride = 0;                   // bytes from row to row; 0: no padding
+  double exposure_us = std::numeric_limits<double>::quiet_NaN();
+  double gain_db = std::numeric_limits<double>::quiet_NaN();
+  double temperature_c = std::numeric_limits<double>::quiet_NaN();
+  std::uint64_t shot = 0;  // frames of one shot show the same thing and become one view
+  std::string name;        // the view's name, where it has one; at most 63 bytes
+};
+
+// A frame as the camera sent it, packed.
+struct Frame {
+  FrameInfo info;
+  std::vector<std::uint8_t> payload;
+};
+
+}  // namespace polarscan

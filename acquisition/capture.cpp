@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/capture.h"
+
+#include <fmt/format.h>
+
+#include <atomic>
+
+#include "core/error.h"
+
+namespace polarscan {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr auto kWait = std::chrono::milliseconds(100), kStatusEvery = std::chrono::milliseconds(200);
+constexpr auto kKeyEvery = std::chrono::milliseconds(20);
+
+double SecondsSince(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+// The receiving thread: takes frames off the camera as fast as they come and hands those that belong to a
+// shot on.
+class Receiver {
+ public:
+  Receiver(Camera& camera, Recorder& recorder, const CaptureOptions& options)
+      : camera_(camera), recorder_(recorder), options_(options), thread_([this] { Run(); }) {}
+  ~Receiver() { Stop(); }
+
+  void AskForShot() { ++asked_; }
+  bool ended() const { return ended_; }
+  std::uint64_t shots() const { return shots_; }
+
+  // Throws what the camera threw.
+  void Finish() {
+    Stop();
+    if (failure_) std::rethrow_exception(failure_);
+  }
+
+ private:
+  void Stop() {
+    stop_ = true;
+    if (thread_.joinable()) thread_.join();
+  }
+
+  void Run() {
+    try {
+      while (!stop_ && !recorder_.failed() && !Enough()) Receive(camera_.Next(frame_, kWait));
+    } catch (...) {
+      failure_ = std::current_exception();
+    }
+    ended_ = true;
+  }
+
+  bool Enough() const { return options_.frames > 0 && taken_ >= std::uint64_t(options_.frames); }
+
+  void Receive(Delivery delivery) {
+    if (delivery == Delivery::kEnded) stop_ = true;
+    if (delivery == Delivery::kDamaged) recorder_.Lost(frame_.info.sequence, frame_.info.name);
+    if (delivery != Delivery::kFrame) return;
+    if (!InShot()) return recorder_.Skip(frame_.info.sequence);
+    frame_.info.shot = shots_;
+    recorder_.Offer(frame_);
+    ++taken_;
+    if (--left_in_shot_ == 0) ++shots_;
+  }
+
+  // Whether the frame that just came is wanted; begins a shot where one was asked for.
+  bool InShot() {
+    if (left_in_shot_ > 0) return true;
+    const bool stream = options_.every_s <= 0 && !options_.on_key;
+    if (!stream && asked_ == 0) return false;
+    if (!stream) --asked_;
+    left_in_shot_ = options_.shot_frames;
+    return true;
+  }
+
+  Camera& camera_;
+  Recorder& recorder_;
+  const CaptureOptions options_;
+  Frame frame_;
+  std::uint64_t taken_ = 0;
+  int left_in_shot_ = 0;
+  std::atomic<int> asked_ = 0;
+  std::atomic<std::uint64_t> shots_ = 0;
+  std::atomic<bool> stop_ = false, ended_ = false;
+  std::exception_ptr failure_;
+  std::thread thread_;
+};
+
+// The calling thread: asks for shots in time and on keys, and looks after the end.
+void Watch(Receiver& receiver, const Recorder& recorder, const CaptureOptions& options,
+           const CaptureHooks& hooks, const Progress& progress) {
+  const Clock::time_point begin = Clock::now();
+  Clock::time_point shown;
+  double next_shot_s = 0;
+  while (!receiver.ended() && !progress.cancelled()) {
+    const double seconds = SecondsSince(begin);
+    if (options.seconds > 0 && seconds >= options.seconds) return;
+    if (options.every_s > 0 && seconds >= next_shot_s) {
+      receiver.AskForShot();
+      next_shot_s += options.every_s;
+    }
+    const CaptureHooks::Key key = hooks.key();
+    if (key == CaptureHooks::Key::kQuit) return;
+    if (key == CaptureHooks::Key::kShot) receiver.AskForShot();
+    if (Clock::now() - shown >= kStatusEvery) {
+      hooks.status({recorder.counts(), seconds, receiver.shots()});
+      shown = Clock::now();
+    }
+    std::this_thread::sleep_for(kKeyEvery);
+  }
+}
+
+SessionInfo Describe(const Camera& camera, const nlohmann::json& sensor) {
+  SessionInfo info = NewSessionInfo();
+  info.camera = ToJson(camera.info());
+  info.settings = camera.features();
+  info.sensor = camera.sensor();
+  info.sensor.update(sensor);
+  return info;
+}
+
+void CloseRecorder(Recorder& recorder, const std::filesystem::path& folder) {
+  try {
+    recorder.Close();
+  } catch (const Error& error) {
+    throw Error(fmt::format("recording ended early, {}", error.what()), folder.string(),
+                fmt::format("The {} frames stored before are safe", recorder.counts().stored));
+  }
+}
+
+}  // namespace
+
+OptionTable Table(CaptureOptions& o) {
+  return {
+      {"frames", &o.frames, "end after this many frames; 0: go on", "frame", 0, 2e9},
+      {"seconds", &o.seconds, "end after this time; 0: go on", "s", 0, 1e9},
+      {"every", &o.every_s, "one shot in this time; 0: every frame", "s", 0, 1e6},
+      {"on-key", &o.on_key, "one shot at each press of the space bar, q ends (a turntable)"},
+      {"shot-frames", &o.shot_frames, "frames of a shot; a view is their median, pixel by pixel", "frame", 1,
+       1000},
+      {"buffer", &o.buffer_mb, "frames between camera and disk; full: frames are dropped and counted", "MB",
+       1, 1e6},
+      {"segment", &o.segment_mb, "size of a session's segments", "MB", 1, 1e6},
+      {"sync", &o.sync_s, "at most this much is lost in a power cut", "s", 0.01, 60},
+  };
+}
+
+CaptureStatus Capture(Camera& camera, const std::filesystem::path& folder, const nlohmann::json& sensor,
+                      const CaptureOptions& options, const CaptureHooks& hooks, Progress& progress) {
+  RequireNewSessionFolder(folder);
+  const RecorderOptions recording{options.buffer_mb, options.segment_mb, options.sync_s, CreateAppendFile};
+  camera.Start(progress);
+  const Clock::time_point begin = Clock::now();
+  Recorder recorder(folder, Describe(camera, sensor), recording);
+  Receiver receiver(camera, recorder, options);
+  Watch(receiver, recorder, options, hooks, progress);
+  receiver.Finish();
+  camera.Stop();
+  CloseRecorder(recorder, folder);
+  const CaptureStatus status{recorder.counts(), SecondsSince(begin), receiver.shots()};
+  hooks.status(status);
+  return status;
+}
+
+}  // namespace polarscan

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/session/exchange.h"
+
+#include <fmt/format.h>
+
+#include "acquisition/session/session_views.h"
+#include "acquisition/session/session_writer.h"
+#include "core/error.h"
+#include "core/files.h"
+#include "demosaic/pixel_format.h"
+
+namespace polarscan {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr std::uint64_t kSegmentBytes = 2'000'000'000;
+
+PixelFormat FormatFor(const Sensor& sensor) {
+  std::string family = "Mono";
+  for (const char* bayer : {"RG", "GR", "GB", "BG"})
+    if (ParsePixelFormat(fmt::format("Bayer{}8", bayer)).bayer == sensor.layout.bayer)
+      family = std::string("Bayer") + bayer;
+  for (const int bits : {8, 10, 12, 14})
+    if (sensor.bits <= bits) return ParsePixelFormat(family + std::to_string(bits));
+  return ParsePixelFormat(family + "16");
+}
+
+Frame FrameOf(const LoadedView& view, const PixelFormat& format, std::uint64_t number) {
+  const Image<float>& plane = view.pictures[0].planes[0];
+  Image<std::uint16_t> counts(plane.width(), plane.height());
+  for (std::size_t i = 0; i < counts.size(); ++i) counts.pixels()[i] = std::uint16_t(plane.pixels()[i]);
+  Frame frame;
+  frame.info.sequence = frame.info.shot = number;
+  frame.info.name = view.name;
+  frame.info.pixel_format = format.name;
+  frame.info.width = counts.width(), frame.info.height = counts.height();
+  frame.payload = Pack(format, counts);
+  return frame;
+}
+
+nlohmann::json SensorJson(const Sensor& sensor) {
+  nlohmann::json json = {{"layout", ToString(sensor.layout)},
+                         {"bits", sensor.bits},
+                         {"black_dn", sensor.black_dn},
+                         {"white_dn", sensor.white_dn}};
+  if (sensor.dn_per_e > 0) json["dn_per_e"] = sensor.dn_per_e, json["read_noise_e"] = sensor.read_noise_e;
+  return json;
+}
+
+void WriteFrames(const Input& input, const fs::path& folder, Progress& progress) {
+  SessionInfo info = NewSessionInfo();
+  info.camera = ToJson(CameraInfo{"import:" + input.folder.string(), "", "pictures", ""});
+  info.sensor = SensorJson(input.sensor);
+  SessionWriter writer(folder, info, kSegmentBytes);
+  const PixelFormat format = FormatFor(input.sensor);
+  FrameCounts counts;
+  progress.Begin("importing", input.views.size(), "picture");
+  for (std::size_t i = 0; i < input.views.size(); ++i) {
+    progress.Check();
+    const Frame frame = FrameOf(ReadView(input, int(i)), format, i);
+    writer.Append(frame);
+    ++counts.stored;
+    counts.bytes += frame.payload.size();
+    progress.Advance();
+  }
+  for (const char* part : {"masks", "sparse"})
+    if (fs::is_directory(input.folder / part))
+      fs::copy(input.folder / part, folder / part, fs::copy_options::recursive);
+  writer.Close(counts);
+}
+
+}  // namespace
+
+std::size_t ImportSession(const Input& input, const fs::path& folder, Progress& progress) {
+  if (input.kind != InputKind::kMosaic || input.session || input.sensor.bits > 16)
+    throw Error("only raw mosaics of up to 16 bits become a session", input.folder.string(),
+                "Everything else goes to reconstruct and demosaic as it is");
+  RequireNewSessionFolder(folder);
+  try {
+    WriteFrames(input, folder, progress);
+  } catch (...) {
+    for (const char* part : {"session.json", "segments", "masks", "sparse"}) fs::remove_all(folder / part);
+    throw;
+  }
+  return input.views.size();
+}
+
+std::size_t ExportSession(const Session& session, const fs::path& folder, const std::string& extension,
+                          Progress& progress) {
+  RequireNewSessionFolder(folder);
+  progress.Begin("exporting", session.frames.size(), "frame");
+  for (const SessionView& view : ViewsOf(session))
+    for (std::size_t i = 0; i < view.frames.size(); ++i) {
+      progress.Check();
+      const std::string name = view.frames.size() == 1 ? view.name : fmt::format("{}-{}", view.name, i);
+      const Image<std::uint16_t> counts = Counts(ReadFrame(session, view.frames[i]));
+      const fs::path path = folder / "mosaic" / (name + "." + extension);
+      extension == "png" ? WritePng(path, counts) : WriteTiff(path, counts);
+      progress.Advance();
+    }
+  WriteJson(folder / "set.json", {{"input_kind", "mosaic"}, {"sensor", SensorOf(session)}});
+  return session.frames.size();
+}
+
+}  // namespace polarscan

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "acquisition/input.h"
+#include "acquisition/session/session_reader.h"
+#include "core/progress.h"
+
+namespace polarscan {
+
+// Raw mosaics (an INPUT of that kind) become a session: the counts as Mono or Bayer 8, or as 10, 12, 14 or 16
+// in 16-bit words, names kept; masks/ and sparse/ are copied. Returns the number of frames. Throws Error if
+// the input is of another kind or the folder is not empty; then nothing is left behind.
+std::size_t ImportSession(const Input& input, const std::filesystem::path& folder, Progress& progress);
+
+// The way back: FOLDER/mosaic/NAME.tif or .png with the counts in 16 bits, and FOLDER/set.json, so that the
+// folder is an INPUT again. NAME is the view's; a shot of several frames gives NAME-0, NAME-1, ... Returns
+// the number of files. Throws Error if the folder is not empty or a frame's pixel format is no raw mosaic.
+std::size_t ExportSession(const Session& session, const std::filesystem::path& folder,
+                          const std::string& extension, Progress& progress);
+
+}  // namespace polarscan

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/session/session_reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "acquisition/session/mapped_file.h"
+#include "core/error.h"
+#include "core/files.h"
+
+namespace polarscan {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Goes through the segments of one session and says what it finds.
+class Scanner {
+ public:
+  Scanner(Session& session, Verify verify) : session_(session), verify_(verify == Verify::kPayloads) {}
+
+  void Run() {
+    const std::vector<std::uint64_t> numbers = SegmentNumbers();
+    session_.segments = numbers.empty() ? 0 : numbers.back() + 1;
+    for (const std::uint64_t number : numbers) ScanSegment(number, number == numbers.back());
+    const std::uint64_t promised = session_.info.closed ? session_.info.records : 0;
+    if (next_index_ < promised)
+      Damage(fmt::format("{} records at the end are missing", promised - next_index_));
+  }
+
+ private:
+  std::vector<std::uint64_t> SegmentNumbers() const {
+    std::vector<std::uint64_t> numbers;
+    if (!fs::is_directory(session_.folder / "segments")) return numbers;
+    for (const auto& entry : fs::directory_iterator(session_.folder / "segments")) {
+      const std::string name = entry.path().filename().string();
+      const bool counts =
+          name.size() == 10 && name.ends_with(".seg") && name.find_first_not_of("0123456789") == 6;
+      if (counts) numbers.push_back(std::stoull(name));
+    }
+    std::ranges::sort(numbers);
+    return numbers;
+  }
+
+  void ScanSegment(std::uint64_t number, bool last) {
+    const MappedFile file(SegmentPath(session_.folder, number));
+    const std::string_view bytes = file.bytes();
+    const bool open_end = last && !session_.info.closed;
+    session_.last_segment_bytes = 0;
+    std::uint64_t at = 0;
+    while (at < bytes.size()) {
+      const std::optional<Record> record = WholeRecord(bytes.substr(at));
+      if (!record) {
+        const std::uint64_t next = NextRecord(bytes, at + 1);
+        Unreadable(number, at, next - at, open_end && next == bytes.size());
+        if (next == bytes.size()) break;
+        at = next;
+        continue;
+      }
+      const bool good = Take(*record, number, at, bytes, verify_ || open_end);
+      at += kRecordHeaderBytes + record->payload_bytes;
+      if (good) session_.last_segment_bytes = at;
+    }
+  }
+
+  std::optional<Record> WholeRecord(std::string_view bytes) const {
+    std::optional<Record> record = DecodeHeader(bytes);
+    if (!record || record->session != session_.info.id) return std::nullopt;
+    if (record->payload_bytes > bytes.size() - kRecordHeaderBytes) return std::nullopt;
+    return record;
+  }
+
+  // The offset of the next whole record at or after `from`; the end if there is none.
+  std::uint64_t NextRecord(std::string_view bytes, std::uint64_t from) const {
+    while (true) {
+      const std::size_t at = bytes.find(kRecordMagic, from);
+      if (at == std::string_view::npos) return bytes.size();
+      if (WholeRecord(bytes.substr(at))) return at;
+      from = at + 1;
+    }
+  }
+
+  // False if the payload is known to be damaged.
+  bool Take(const Record& record, std::uint64_t segment, std::uint64_t at, std::string_view bytes,
+            bool verify) {
+    if (record.index > next_index_)
+      Damage(fmt::format("{} records before frame {} are missing (segment {:06})", record.index - next_index_,
+                         record.info.sequence, segment));
+    next_index_ = std::max(next_index_, record.index + 1);
+    session_.records = next_index_;
+    const std::uint64_t offset = at + kRecordHeaderBytes;
+    const std::string_view payload = bytes.substr(offset, record.payload_bytes);
+    if (verify && Hash(payload) != record.payload_hash)
+      return BadPayload(record, segment, offset + payload.size());
+    if (record.type == Record::Type::kMissing)
+      session_.missing.push_back({record.info.sequence, record.missing, record.info.name});
+    else
+      session_.frames.push_back({record.info, segment, offset, record.payload_bytes, record.payload_hash});
+    return true;
+  }
+
+  bool BadPayload(const Record& record, std::uint64_t segment, std::uint64_t end) {
+    const bool at_the_end = !session_.info.closed && segment + 1 == session_.segments &&
+                            end == fs::file_size(SegmentPath(session_.folder, segment));
+    const std::string text = fmt::format("frame {} is damaged, its checksum does not fit (segment {:06})",
+                                         record.info.sequence, segment);
+    at_the_end ? session_.unfinished.push_back(text) : Damage(text);
+    return false;
+  }
+
+  void Unreadable(std::uint64_t segment, std::uint64_t at, std::uint64_t bytes, bool unfinished) {
+    const std::string where = fmt::format("{} bytes at offset {} of segment {:06}", bytes, at, segment);
+    if (unfinished)
+      session_.unfinished.push_back(where + " are the beginning of a record that was not finished");
+    else
+      Damage(where + " cannot be read");
+  }
+
+  void Damage(std::string text) { session_.damage.push_back(std::move(text)); }
+
+  Session& session_;
+  bool verify_;
+  std::uint64_t next_index_ = 0;
+};
+
+FrameCounts CountsOf(const Session& session) {
+  FrameCounts counts;
+  counts.stored = session.frames.size();
+  for (const StoredFrame& frame : session.frames) counts.bytes += frame.bytes;
+  for (const MissingFrames& missing : session.missing) {
+    (missing.reason.starts_with("dropped") ? counts.dropped : counts.lost) += missing.count;
+    counts.reasons[missing.reason] += missing.count;
+  }
+  counts.cancelled = session.info.closed ? session.info.counts.cancelled : 0;
+  return counts;
+}
+
+}  // namespace
+
+Session OpenSession(const fs::path& folder, Verify verify) {
+  Session session;
+  session.folder = folder;
+  session.info = ReadSessionInfo(folder);
+  Scanner(session, verify).Run();
+  session.info.counts = CountsOf(session);
+  return session;
+}
+
+Frame ReadFrame(const Session& session, std::size_t index) {
+  const StoredFrame& stored = session.frames.at(index);
+  const fs::path path = SegmentPath(session.folder, stored.segment);
+  const MappedFile file(path);
+  const std::string where = fmt::format("frame {} in {}", stored.info.sequence, path.string());
+  if (stored.offset + stored.bytes > file.bytes().size()) throw Error("the frame is cut off", where);
+  const std::string_view payload = file.bytes().substr(stored.offset, stored.bytes);
+  if (Hash(payload) != stored.hash)
+    throw Error("the frame is damaged, its checksum does not fit", where,
+                "polarscan check tells what is left");
+  return {stored.info, {payload.begin(), payload.end()}};
+}
+
+void RepairSession(Session& session) {
+  if (session.info.closed && session.damage.empty()) return;
+  if (!session.info.closed && session.segments > 0)
+    fs::resize_file(SegmentPath(session.folder, session.segments - 1), session.last_segment_bytes);
+  session.info.closed = true;
+  session.info.records = session.records;
+  session.info.segments = session.segments;
+  WriteSessionInfo(session.folder, session.info);
+  session = OpenSession(session.folder);
+}
+
+}  // namespace polarscan

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/capture.h"
+
+#include <fmt/format.h>
+
+#include <optional>
+
+#include "acquisition/input.h"
+#include "apps/capture_screen.h"
+#include "apps/command.h"
+
+namespace polarscan {
+namespace {
+
+struct Arguments {
+  std::string session, camera;
+  std::vector<std::string> features;
+  CaptureOptions options;
+  InputOptions sensor;
+};
+
+// What a camera may not say about itself, by the options' names and their keys in "sensor".
+const std::map<std::string, std::string> kSensorKeys = {{"layout", "layout"},
+                                                        {"black-level", "black_dn"},
+                                                        {"white-level", "white_dn"},
+                                                        {"gain", "dn_per_e"},
+                                                        {"read-noise", "read_noise_e"}};
+
+OptionTable SensorTable(InputOptions& options) {
+  OptionTable table = Table(options);
+  std::erase_if(table, [](const Option& row) { return !kSensorKeys.contains(row.name); });
+  return table;
+}
+
+nlohmann::json GivenSensor(const CLI::App& command, InputOptions& options) {
+  nlohmann::json sensor = nlohmann::json::object();
+  for (const auto& [name, value] : GivenOptions(command, SensorTable(options)).items())
+    sensor[kSensorKeys.at(name)] = value;
+  if (sensor.contains("layout")) sensor["layout"] = ToString(ParseLayout(sensor["layout"]));
+  return sensor;
+}
+
+// The one real camera there is.
+std::string PickCamera() {
+  std::string id, list;
+  for (const CameraInfo& camera : ListCameras()) {
+    if (camera.id == "simulated") continue;
+    id = camera.id;
+    list += (list.empty() ? "" : ", ") + camera.id;
+  }
+  if (id.empty())
+    throw Error("no camera was found", "GigE Vision, USB3 Vision, V4L2",
+                "Try --camera simulated, or --camera replay:SESSION");
+  if (id != list) throw Error("there are several cameras", list, "Say which: --camera " + id);
+  return id;
+}
+
+void SetFeatures(Camera& camera, const std::vector<std::string>& features) {
+  for (const std::string& feature : features) {
+    const std::size_t equals = feature.find('=');
+    if (equals == std::string::npos) throw Error("a feature is set as Name=Value", "--set " + feature);
+    camera.Set(feature.substr(0, equals), feature.substr(equals + 1));
+  }
+}
+
+void Run(const Arguments& a, const nlohmann::json& sensor, Context& context) {
+  const std::unique_ptr<Camera> camera = OpenCamera(a.camera.empty() ? PickCamera() : a.camera, context.seed);
+  SetFeatures(*camera, a.features);
+  CaptureScreen screen(context.progress, a.session);
+  std::optional<Keyboard> keyboard;
+  CaptureHooks hooks;
+  hooks.status = [&](const CaptureStatus& status) { screen.Show(status); };
+  if (a.options.on_key) {
+    keyboard.emplace();
+    hooks.key = [&] { return keyboard->Pressed(); };
+    context.progress.Info("space takes a shot, q ends");
+  }
+  const CaptureStatus status = Capture(*camera, a.session, sensor, a.options, hooks, context.progress);
+  context.data_lost = status.counts.lost + status.counts.dropped > 0;
+  nlohmann::json result = ToJson(status.counts);
+  result.update({{"session", a.session}, {"seconds", status.seconds}, {"shots", status.shots}});
+  context.Finish(result, fmt::format("{} in {}", Describe(status.counts), a.session));
+}
+
+}  // namespace
+
+void AddCaptureCommand(CLI::App& app, Context& context) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("capture", "Record a camera into a session; Ctrl-C ends it");
+  command->add_option("-o,--output", a->session, "The session's folder, new or empty")
+      ->required()
+      ->type_name("SESSION");
+  command->add_option("--camera", a->camera, "As polarscan cameras lists them; not needed where there is one")
+      ->type_name("ID");
+  command->add_option("--set", a->features, "Sets a feature of the camera, before recording; may be repeated")
+      ->type_name("Name=Value")
+      ->allow_extra_args(false);
+  AddOptions(*command, Table(a->options), "Recording");
+  AddOptions(*command, SensorTable(a->sensor), "What the camera does not say");
+  command->callback([a, command, &context] { Run(*a, GivenSensor(*command, a->sensor), context); });
+}
+
+void AddCamerasCommand(CLI::App& app, Context& context) {
+  CLI::App* command = app.add_subcommand("cameras", "List the cameras that can be opened");
+  command->callback([&context] {
+    nlohmann::json list = nlohmann::json::array();
+    std::string text;
+    for (const CameraInfo& camera : ListCameras()) {
+      list.push_back(ToJson(camera));
+      text += fmt::format("{}{}  {} {} {}", text.empty() ? "" : "\n", camera.id, camera.vendor, camera.model,
+                          camera.serial);
+    }
+    context.Finish({{"cameras", list}}, text);
+  });
+}
+
+}  // namespace polarscan

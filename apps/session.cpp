@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "acquisition/session/exchange.h"
+#include "apps/command.h"
+
+namespace polarscan {
+namespace {
+
+nlohmann::json ToJson(const Session& session) {
+  nlohmann::json missing = nlohmann::json::array();
+  for (const MissingFrames& m : session.missing)
+    missing.push_back({{"first", m.first}, {"count", m.count}, {"reason", m.reason}});
+  return {{"session", session.folder.string()},
+          {"state", session.info.closed ? "closed" : "recording"},
+          {"frames", session.frames.size()},
+          {"counts", ToJson(session.info.counts)},
+          {"missing", missing},
+          {"unfinished", session.unfinished},
+          {"damage", session.damage}};
+}
+
+void Check(const std::string& folder, bool repair, Context& context) {
+  if (!IsSession(folder))
+    throw Error("only sessions can be checked yet, and this is none", folder, "A session has a session.json");
+  Session session = OpenSession(folder, Verify::kPayloads);
+  for (const std::string& text : session.unfinished) context.progress.Info("not finished: " + text);
+  for (const std::string& text : session.damage) context.progress.Warn(text);
+  const FrameCounts counts = session.info.counts;
+  context.data_lost = !session.damage.empty() || counts.lost + counts.dropped > 0;
+  const nlohmann::json found = ToJson(session);
+  std::string text = fmt::format("{} whole frames; {}", session.frames.size(), Describe(counts));
+  if (!session.info.closed) text += repair ? "; now closed" : "; it was not closed (--repair does that)";
+  if (repair) RepairSession(session);
+  context.Finish(found, text);
+}
+
+void Import(const std::string& folder, const InputOptions& options, const std::string& session,
+            Context& context) {
+  const Input input = OpenInput(folder, options);
+  for (const std::string& note : input.notes) context.progress.Info(note);
+  const std::size_t frames = ImportSession(input, session, context.progress);
+  context.Finish({{"session", session}, {"frames", frames}}, fmt::format("{} frames in {}", frames, session));
+}
+
+void Export(const std::string& folder, const std::string& format, const std::string& output,
+            Context& context) {
+  const Session session = OpenSession(folder, Verify::kPayloads);
+  for (const std::string& text : session.damage) context.progress.Warn(text);
+  context.data_lost = !session.damage.empty();
+  const std::size_t files = ExportSession(session, output, format == "png" ? "png" : "tif", context.progress);
+  context.Finish({{"folder", output}, {"files", files}}, fmt::format("{} pictures in {}", files, output));
+}
+
+struct Arguments {
+  std::string from, to, format = "tiff";
+  InputOptions input;
+  bool repair = false;
+};
+
+}  // namespace
+
+void AddCheckCommand(CLI::App& app, Context& context) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("check", "Is this session sound? What was lost?");
+  command->add_option("PATH", a->from, "A session")->required()->check(CLI::ExistingDirectory);
+  command->add_flag("--repair", a->repair, "Cut off what was not finished and close the session");
+  command->callback([a, &context] { Check(a->from, a->repair, context); });
+}
+
+void AddImportCommand(CLI::App& app, Context& context) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("import", "Turn raw mosaics into a session");
+  command->add_option("INPUT", a->from, "Folder of raw mosaics (docs/input.md)")
+      ->required()
+      ->check(CLI::ExistingDirectory);
+  command->add_option("-o,--output", a->to, "The session's folder, new or empty")
+      ->required()
+      ->type_name("SESSION");
+  AddOptions(*command, Table(a->input));
+  command->callback([a, &context] { Import(a->from, a->input, a->to, context); });
+}
+
+void AddExportCommand(CLI::App& app, Context& context) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("export", "Turn a session into 16-bit mosaics");
+  command->add_option("SESSION", a->from, "A session")->required()->check(CLI::ExistingDirectory);
+  command->add_option("-o,--output", a->to, "The folder for mosaic/ and set.json, new or empty")->required();
+  AddOptions(
+      *command,
+      {{.name = "format", .value = &a->format, .help = "of the pictures", .choices = {"tiff", "png"}}});
+  command->callback([a, &context] { Export(a->from, a->format, a->to, context); });
+}
+
+}  // namespace polarscan

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "demosaic/pixel_format.h"
+
+#include <fmt/format.h>
+
+#include "core/error.h"
+
+namespace polarscan {
+namespace {
+
+struct Family {
+  const char *prefix, *bayer;
+};
+constexpr Family kFamilies[] = {{"Mono", ""},        {"PolarizeMono", ""}, {"BayerRG", "rggb"},
+                                {"BayerGR", "grbg"}, {"BayerGB", "gbrg"},  {"BayerBG", "bggr"}};
+
+struct Depth {
+  const char* suffix;
+  int bits;
+  Packing packing;
+};
+constexpr Depth kDepths[] = {{"8", 8, Packing::kBytes},       {"10", 10, Packing::kWords},
+                             {"12", 12, Packing::kWords},     {"14", 14, Packing::kWords},
+                             {"16", 16, Packing::kWords},     {"10p", 10, Packing::kLsbFirst},
+                             {"12p", 12, Packing::kLsbFirst}, {"12Packed", 12, Packing::kGigE12}};
+
+std::size_t BitsOnTheWire(const PixelFormat& format) {
+  return format.packing == Packing::kWords ? 16u : std::size_t(format.bits);
+}
+
+std::size_t BytesOf(const PixelFormat& format, std::size_t samples) {
+  return (samples * BitsOnTheWire(format) + 7) / 8;
+}
+
+std::uint16_t LsbFirst(const std::uint8_t* bytes, std::size_t sample, int bits) {
+  const std::size_t bit = sample * std::size_t(bits), shift = bit % 8;
+  const unsigned pair = bytes[bit / 8] | unsigned(bytes[bit / 8 + 1])
+                                             << 8;  // 10 and 12 bits: two bytes suffice
+  return std::uint16_t(pair >> shift & ((1u << bits) - 1));
+}
+
+std::uint16_t GigE12(const std::uint8_t* bytes, std::size_t sample) {
+  const std::uint8_t* pair = bytes + sample / 2 * 3;
+  return sample % 2 == 0 ? std::uint16_t(pair[0] << 4 | (pair[1] & 15))
+                         : std::uint16_t(pair[2] << 4 | pair[1] >> 4);
+}
+
+// `count` samples from the first bit of `bytes` on.
+void UnpackRun(const PixelFormat& format, const std::uint8_t* bytes, std::size_t first, std::size_t count,
+               std::uint16_t* samples) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t at = first + i;
+    switch (format.packing) {
+      case Packing::kBytes:
+        samples[i] = bytes[at];
+        break;
+      case Packing::kWords:
+        samples[i] = std::uint16_t(bytes[2 * at] | bytes[2 * at + 1] << 8);
+        break;
+      case Packing::kLsbFirst:
+        samples[i] = LsbFirst(bytes, at, format.bits);
+        break;
+      case Packing::kGigE12:
+        samples[i] = GigE12(bytes, at);
+        break;
+    }
+  }
+}
+
+void PackSample(const PixelFormat& format, std::size_t at, unsigned value, std::uint8_t* bytes) {
+  switch (format.packing) {
+    case Packing::kBytes:
+      bytes[at] = std::uint8_t(value);
+      break;
+    case Packing::kWords:
+      bytes[2 * at] = std::uint8_t(value);
+      bytes[2 * at + 1] = std::uint8_t(value >> 8);
+      break;
+    case Packing::kLsbFirst: {
+      const std::size_t bit = at * std::size_t(format.bits);
+      const unsigned shifted = value << bit % 8;
+      bytes[bit / 8] |= std::uint8_t(shifted);
+      bytes[bit / 8 + 1] |= std::uint8_t(shifted >> 8);
+      break;
+    }
+    case Packing::kGigE12: {
+      std::uint8_t* pair = bytes + at / 2 * 3;
+      pair[at % 2 * 2] = std::uint8_t(value >> 4);
+      pair[1] |= std::uint8_t((value & 15) << (at % 2 * 4));
+      break;
+    }
+  }
+}
+
+}  // namespace
+
+std::optional<PixelFormat> FindPixelFormat(const std::string& name) {
+  for (const Family& family : kFamilies)
+    for (const Depth& depth : kDepths)
+      if (name == std::string(family.prefix) + depth.suffix)
+        return PixelFormat{name, depth.bits, depth.packing, family.bayer};
+  return std::nullopt;
+}
+
+PixelFormat ParsePixelFormat(const std::string& name) {
+  if (const auto format = FindPixelFormat(name)) return *format;
+  throw Error("this pixel format is not a raw mosaic that can be read", name.empty() ? "(none)" : name,
+              "Set the camera to Mono or Bayer with 8, 10, 12, 14, 16, 10p, 12p or 12Packed, as in Mono12p");
+}
+
+std::size_t RowBytes(const PixelFormat& format, int width) { return BytesOf(format, std::size_t(width)); }
+
+std::size_t PayloadBytes(const PixelFormat& format, int width, int height, std::size_t stride) {
+  if (height == 0) return 0;
+  if (stride == 0) return BytesOf(format, std::size_t(width) * std::size_t(height));
+  return stride * std::size_t(height - 1) + RowBytes(format, width);
+}
+
+Image<std::uint16_t> Unpack(const PixelFormat& format, std::span<const std::uint8_t> payload, int width,
+                            int height, std::size_t stride) {
+  const std::size_t needed = PayloadBytes(format, width, height, stride), row = std::size_t(width);
+  if (payload.size() < needed || (stride > 0 && stride < RowBytes(format, width)))
+    throw Error(fmt::format("a {}x{} frame with rows of {} bytes does not fit in its {} bytes", width, height,
+                            stride, payload.size()),
+                format.name);
+  std::vector<std::uint8_t> bytes(payload.begin(), payload.begin() + std::ptrdiff_t(needed));
+  bytes.resize(needed + 2);  // whole groups may be read at the end
+  Image<std::uint16_t> samples(width, height);
+  for (std::size_t y = 0; y < std::size_t(height); ++y)
+    UnpackRun(format, bytes.data() + y * stride, stride ? 0 : y * row, row, samples.row(int(y)));
+  return samples;
+}
+
+std::vector<std::uint8_t> Pack(const PixelFormat& format, const Image<std::uint16_t>& samples) {
+  const std::size_t size = BytesOf(format, samples.size());
+  std::vector<std::uint8_t> bytes(size + 2);
+  const unsigned mask = (1u << format.bits) - 1;
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    PackSample(format, i, samples.pixels()[i] & mask, bytes.data());
+  bytes.resize(size);
+  return bytes;
+}
+
+}  // namespace polarscan
