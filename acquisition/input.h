@@ -38,8 +38,8 @@ std::string ToString(InputKind kind);
 struct InputView {
   std::string name;  // the pictures' stem: the view's name in every later stage
   std::vector<std::filesystem::path> files;
-  std::optional<std::filesystem::path> mask;
-  std::vector<std::size_t> frames;  // of a session instead of files
+  std::optional<std::filesystem::path> mask = {};
+  std::vector<std::size_t> frames = {};  // of a session instead of files
 };
 
 // An INPUT folder understood, with everything that was decided about it. The forms it may have:

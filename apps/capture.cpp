@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <map>
 #include <optional>
 
 #include "acquisition/input.h"
@@ -34,8 +35,8 @@ OptionTable SensorTable(InputOptions& options) {
 
 nlohmann::json GivenSensor(const CLI::App& command, InputOptions& options) {
   nlohmann::json sensor = nlohmann::json::object();
-  for (const auto& [name, value] : GivenOptions(command, SensorTable(options)).items())
-    sensor[kSensorKeys.at(name)] = value;
+  const nlohmann::json given = GivenOptions(command, SensorTable(options));
+  for (const auto& [name, value] : given.items()) sensor[kSensorKeys.at(name)] = value;
   if (sensor.contains("layout")) sensor["layout"] = ToString(ParseLayout(sensor["layout"]));
   return sensor;
 }

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "acquisition/camera/camera.h"
 #include "acquisition/session/session_views.h"
 #include "acquisition/session/session_writer.h"
 #include "core/error.h"

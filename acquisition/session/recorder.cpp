@@ -116,8 +116,8 @@ void Recorder::Drain() {
       lock.lock();
     }
   } catch (...) {
-    if (!lock.owns_lock()) lock.lock();
-    Fail();
+    if (lock.owns_lock()) lock.unlock();
+    Fail(std::current_exception());
   }
 }
 
@@ -145,9 +145,14 @@ void Recorder::SyncIfDue(bool now) {
   unsynced_frames_ = unsynced_bytes_ = 0;
 }
 
-// Called with the lock held: what was on its way to the disk does not arrive.
-void Recorder::Fail() {
-  failure_ = std::current_exception();
+// What was written before counts, if it can still be synced; what was on its way to the disk does not arrive.
+void Recorder::Fail(std::exception_ptr failure) {
+  try {
+    SyncIfDue(true);
+  } catch (const Error&) {  // the first failure is the one to tell
+  }
+  const std::lock_guard lock(mutex_);
+  failure_ = failure;
   counts_.dropped += counts_.pending;
   counts_.reasons[kDiskFailed] += counts_.pending;
   counts_.pending = 0;

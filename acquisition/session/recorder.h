@@ -59,7 +59,7 @@ class Recorder {
   void Drain();
   void WriteItem(Item& item);
   void SyncIfDue(bool now);
-  void Fail();
+  void Fail(std::exception_ptr failure);
 
   SessionWriter writer_;
   RecorderOptions options_;

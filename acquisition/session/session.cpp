@@ -35,7 +35,7 @@ SessionInfo InfoFrom(const json& value) {
   SessionInfo info;
   info.id = IdFrom(value.at("id"));
   info.closed = value.at("state") == "closed";
-  info.created = value.at("created");
+  info.created = value.at("created").get<std::string>();
   info.camera = value.at("camera"), info.sensor = value.at("sensor"), info.settings = value.at("settings");
   info.counts = CountsFrom(value.at("counts"));
   info.records = value.at("records"), info.segments = value.at("segments");

@@ -16,7 +16,7 @@ struct FrameCounts {
   std::uint64_t dropped = 0;    // by us: no room in the buffer, or the disk failed
   std::uint64_t cancelled = 0;  // came while none was asked for
   std::uint64_t bytes = 0;      // of payload, of the stored ones
-  std::map<std::string, std::uint64_t> reasons;  // of lost and dropped frames
+  std::map<std::string, std::uint64_t> reasons = {};  // of lost and dropped frames
 
   std::uint64_t total() const { return stored + pending + lost + dropped + cancelled; }
 };

@@ -24,6 +24,8 @@ class Scanner {
     session_.segments = numbers.empty() ? 0 : numbers.back() + 1;
     for (const std::uint64_t number : numbers) ScanSegment(number, number == numbers.back());
     const std::uint64_t promised = session_.info.closed ? session_.info.records : 0;
+    session_.unfinished = tail_;
+    open_end_ = false;
     if (next_index_ < promised)
       Damage(fmt::format("{} records at the end are missing", promised - next_index_));
   }
@@ -45,21 +47,21 @@ class Scanner {
   void ScanSegment(std::uint64_t number, bool last) {
     const MappedFile file(SegmentPath(session_.folder, number));
     const std::string_view bytes = file.bytes();
-    const bool open_end = last && !session_.info.closed;
+    open_end_ = last && !session_.info.closed;
     session_.last_segment_bytes = 0;
     std::uint64_t at = 0;
     while (at < bytes.size()) {
       const std::optional<Record> record = WholeRecord(bytes.substr(at));
       if (!record) {
         const std::uint64_t next = NextRecord(bytes, at + 1);
-        Unreadable(number, at, next - at, open_end && next == bytes.size());
+        Damage(fmt::format("{} bytes at offset {} of segment {:06} cannot be read", next - at, at, number));
         if (next == bytes.size()) break;
         at = next;
         continue;
       }
-      const bool good = Take(*record, number, at, bytes, verify_ || open_end);
+      const bool good = Take(*record, number, at, bytes, verify_ || open_end_);
       at += kRecordHeaderBytes + record->payload_bytes;
-      if (good) session_.last_segment_bytes = at;
+      if (good) EndOfWholeRecord(at);
     }
   }
 
@@ -90,8 +92,11 @@ class Scanner {
     session_.records = next_index_;
     const std::uint64_t offset = at + kRecordHeaderBytes;
     const std::string_view payload = bytes.substr(offset, record.payload_bytes);
-    if (verify && Hash(payload) != record.payload_hash)
-      return BadPayload(record, segment, offset + payload.size());
+    if (verify && Hash(payload) != record.payload_hash) {
+      Damage(fmt::format("frame {} is damaged, its checksum does not fit (segment {:06})",
+                         record.info.sequence, segment));
+      return false;
+    }
     if (record.type == Record::Type::kMissing)
       session_.missing.push_back({record.info.sequence, record.missing, record.info.name});
     else
@@ -99,27 +104,19 @@ class Scanner {
     return true;
   }
 
-  bool BadPayload(const Record& record, std::uint64_t segment, std::uint64_t end) {
-    const bool at_the_end = !session_.info.closed && segment + 1 == session_.segments &&
-                            end == fs::file_size(SegmentPath(session_.folder, segment));
-    const std::string text = fmt::format("frame {} is damaged, its checksum does not fit (segment {:06})",
-                                         record.info.sequence, segment);
-    at_the_end ? session_.unfinished.push_back(text) : Damage(text);
-    return false;
-  }
+  // What is bad before a whole record was stored once; what is bad behind the last one of a session that was
+  // not closed may never have been acknowledged.
+  void Damage(std::string text) { (open_end_ ? tail_ : session_.damage).push_back(std::move(text)); }
 
-  void Unreadable(std::uint64_t segment, std::uint64_t at, std::uint64_t bytes, bool unfinished) {
-    const std::string where = fmt::format("{} bytes at offset {} of segment {:06}", bytes, at, segment);
-    if (unfinished)
-      session_.unfinished.push_back(where + " are the beginning of a record that was not finished");
-    else
-      Damage(where + " cannot be read");
+  void EndOfWholeRecord(std::uint64_t at) {
+    session_.last_segment_bytes = at;
+    session_.damage.insert(session_.damage.end(), tail_.begin(), tail_.end());
+    tail_.clear();
   }
-
-  void Damage(std::string text) { session_.damage.push_back(std::move(text)); }
 
   Session& session_;
-  bool verify_;
+  bool verify_, open_end_ = false;
+  std::vector<std::string> tail_;
   std::uint64_t next_index_ = 0;
 };
 
@@ -160,8 +157,8 @@ Frame ReadFrame(const Session& session, std::size_t index) {
 }
 
 void RepairSession(Session& session) {
-  if (session.info.closed && session.damage.empty()) return;
-  if (!session.info.closed && session.segments > 0)
+  if (session.info.closed) return;
+  if (session.segments > 0)
     fs::resize_file(SegmentPath(session.folder, session.segments - 1), session.last_segment_bytes);
   session.info.closed = true;
   session.info.records = session.records;

@@ -25,7 +25,8 @@ std::vector<SessionView> ViewsOf(const Session& session) {
   std::map<std::string, SessionView> views;
   for (std::size_t i = 0; i < session.frames.size(); ++i) {
     const FrameInfo& info = session.frames[i].info;
-    const std::string name = info.name.empty() ? fmt::format("{:06}", info.shot) : info.name;
+    const bool usable = !info.name.empty() && info.name[0] != '.' && info.name.find('/') == std::string::npos;
+    const std::string name = usable ? info.name : fmt::format("{:06}", info.shot);
     views[name].name = name;
     views[name].frames.push_back(i);
   }

@@ -7,7 +7,7 @@ namespace polarscan {
 
 // The frames of one shot, as places in Session::frames.
 struct SessionView {
-  std::string name;  // the frames' own, else the shot's number in six digits
+  std::string name;  // the frames' own if it may be a file's name, else the shot's number in six digits
   std::vector<std::size_t> frames;
 };
 

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+// Recording through the program as users meet it: Ctrl-C, kill -9, a full disk, damage, and the way from a
+// session to views.
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <thread>
+
+#include "core/files.h"
+#include "core/random.h"
+#include "program.h"
+
+namespace polarscan::test {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr int kDone = 0, kFailed = 1, kWrongUsage = 2, kDataLost = 3;
+
+using Words = std::vector<std::string>;
+
+// A small camera, quickly ready.
+Words CaptureWords(const fs::path& session, const Words& more = {}) {
+  Words words = {"capture", "--camera",  "simulated", "-o",         session.string(), "--set",    "width=64",
+                 "--set",   "height=48", "--set",     "rings=33:3", "--set",          "samples=1"};
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
+bool WaitFor(const fs::path& path, Process& process) {
+  while (process.Running() && !fs::exists(path)) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  return fs::exists(path);
+}
+
+class CaptureProgram : public testing::Test {
+ protected:
+  fs::path session() const { return folder_ / "session"; }
+  fs::path segment() const { return session() / "segments" / "000000.seg"; }
+  nlohmann::json CheckJson(int expected_code) {
+    const Outcome outcome = RunPolarscan({"--json", "check", session().string()});
+    EXPECT_EQ(outcome.exit_code, expected_code) << outcome.err;
+    return nlohmann::json::parse(outcome.out);
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(CaptureProgram, AFewFramesAreRecordedAndTheResultIsJsonOnStdout) {
+  Words words = CaptureWords(session(), {"--frames", "5", "--set", "fps=100"});
+  words.insert(words.begin(), "--json");
+  const Outcome outcome = RunPolarscan(words);
+  ASSERT_EQ(outcome.exit_code, kDone) << outcome.err;
+  const nlohmann::json result = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(result["stored"], 5);
+  EXPECT_EQ(result["lost"], 0);
+  EXPECT_EQ(CheckJson(kDone)["frames"], 5);
+}
+
+TEST_F(CaptureProgram, LostFramesAreSaidAndTheExitCodeTellsToo) {
+  const Outcome outcome =
+      RunPolarscan(CaptureWords(session(), {"--frames", "30", "--set", "fps=500", "--set", "loss=0.3"}));
+  EXPECT_EQ(outcome.exit_code, kDataLost) << outcome.err;
+  EXPECT_NE(outcome.err.find("never came"), std::string::npos) << outcome.err;
+}
+
+TEST_F(CaptureProgram, CtrlCEndsTheSessionInOrder) {
+  Process process(Polarscan(CaptureWords(session(), {"--set", "fps=50"})));
+  ASSERT_TRUE(WaitFor(segment(), process));
+  process.Signal(SIGINT);
+  const Outcome outcome = process.Wait();
+  EXPECT_EQ(outcome.exit_code, kDone) << outcome.err;
+  EXPECT_EQ(CheckJson(kDone)["state"], "closed");
+}
+
+TEST_F(CaptureProgram, KilledRecordingsHoldWholeFramesOnlyAndCanBeRepaired) {
+  Random random(4);
+  for (int round = 0; round < 8; ++round) {
+    fs::remove_all(session());
+    Process process(Polarscan(CaptureWords(session(), {"--set", "fps=2000"})));
+    ASSERT_TRUE(WaitFor(segment(), process));
+    std::this_thread::sleep_for(std::chrono::milliseconds(random.Below(150)));
+    process.Signal(SIGKILL);
+    process.Wait();
+    const nlohmann::json found = CheckJson(kDone);
+    EXPECT_EQ(found["state"], "recording");
+    EXPECT_EQ(found["damage"].size(), 0u);
+    EXPECT_EQ(RunPolarscan({"check", session().string(), "--repair"}).exit_code, kDone);
+    const nlohmann::json repaired = CheckJson(kDone);
+    EXPECT_EQ(repaired["state"], "closed");
+    EXPECT_EQ(repaired["frames"], found["frames"]);
+    EXPECT_EQ(repaired["unfinished"].size(), 0u);
+  }
+}
+
+TEST_F(CaptureProgram, AFlippedBitIsFoundByCheckAndTheOtherFramesStayUsable) {
+  ASSERT_EQ(RunPolarscan(CaptureWords(session(), {"--frames", "4", "--set", "fps=100"})).exit_code, kDone);
+  std::string bytes = ReadFile(segment());
+  bytes[bytes.size() / 2 + 100] ^= 4;
+  WriteFileAtomically(segment(), bytes);
+  const nlohmann::json found = CheckJson(kDataLost);
+  EXPECT_EQ(found["frames"], 3);
+  EXPECT_EQ(found["damage"].size(), 1u);
+  const Outcome views =
+      RunPolarscan({"--json", "demosaic", session().string(), "-o", (folder_ / "views").string()});
+  ASSERT_EQ(views.exit_code, kDone) << views.err;
+  EXPECT_EQ(nlohmann::json::parse(views.out)["views"], 3);
+  EXPECT_NE(views.err.find("damaged"), std::string::npos) << views.err;
+}
+
+TEST_F(CaptureProgram, AFullDiskEndsTheRecordingWithAWordAndLeavesAUsableSession) {
+  const std::string disk = (folder_ / "disk").string();
+  fs::create_directory(disk);
+  // All in one mount namespace, because the small disk is gone with it.
+  const std::string script =
+      "mount -t tmpfs -o size=300k tmpfs \"$0\" || exit 77; \"$@\"; code=$?; " POLARSCAN_PROGRAM
+      " --json check \"$0/session\" || exit 78; exit $code";
+  Words argv = {"unshare", "--map-root-user", "--mount", "sh", "-c", script, disk};
+  const Words program = Polarscan(CaptureWords(fs::path(disk) / "session", {"--set", "fps=200"}));
+  argv.insert(argv.end(), program.begin(), program.end());
+  if (!HasProgram("unshare")) GTEST_SKIP() << "there is no unshare";
+  const Outcome outcome = Process(argv).Wait();
+  if (outcome.exit_code == 77 || outcome.err.find("unshare") == 0)
+    GTEST_SKIP() << "this system does not let us mount a file system of our own";
+  EXPECT_EQ(outcome.exit_code, kFailed) << outcome.err;
+  EXPECT_NE(outcome.err.find("disk full"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("stored before are safe"), std::string::npos) << outcome.err;
+  const nlohmann::json found = nlohmann::json::parse(outcome.out);
+  EXPECT_GT(found["frames"], 10);
+  EXPECT_EQ(found["damage"].size(), 0u);
+}
+
+TEST_F(CaptureProgram, AFolderWithFilesIsNotRecordedInto) {
+  WriteFileAtomically(session() / "thesis.txt", "irreplaceable");
+  const Outcome outcome = RunPolarscan(CaptureWords(session(), {"--frames", "1"}));
+  EXPECT_EQ(outcome.exit_code, kFailed);
+  EXPECT_NE(outcome.err.find(session().string()), std::string::npos) << outcome.err;
+  EXPECT_EQ(ReadFile(session() / "thesis.txt"), "irreplaceable");
+}
+
+TEST_F(CaptureProgram, WithoutACameraTheMessageNamesTheOnesThatNeedNoHardware) {
+  const Outcome list = RunPolarscan({"--json", "cameras"});
+  ASSERT_EQ(list.exit_code, kDone);
+  if (nlohmann::json::parse(list.out)["cameras"].size() > 1) GTEST_SKIP() << "there is a camera";
+  const Outcome outcome = RunPolarscan({"capture", "-o", session().string()});
+  EXPECT_EQ(outcome.exit_code, kFailed);
+  EXPECT_NE(outcome.err.find("--camera simulated"), std::string::npos) << outcome.err;
+  EXPECT_EQ(RunPolarscan({"capture"}).exit_code, kWrongUsage);
+}
+
+TEST_F(CaptureProgram, ViewsOfASessionAreThoseOfItsExportedMosaics) {
+  ASSERT_EQ(RunPolarscan(CaptureWords(session(), {"--frames", "3", "--set", "fps=100"})).exit_code, kDone);
+  const fs::path pictures = folder_ / "pictures";
+  ASSERT_EQ(RunPolarscan({"export", session().string(), "-o", pictures.string()}).exit_code, kDone);
+  EXPECT_TRUE(fs::exists(pictures / "mosaic" / "000002.tif"));
+  for (const auto& [input, views] : {std::pair(session(), "a"), std::pair(pictures, "b")})
+    ASSERT_EQ(RunPolarscan({"demosaic", input.string(), "-o", (folder_ / views).string()}).exit_code, kDone);
+  auto a = Contents(folder_ / "a"), b = Contents(folder_ / "b");
+  a.erase("views.json"), b.erase("views.json");  // hashes of the files they were made from
+  EXPECT_EQ(a.size(), 6u);
+  EXPECT_TRUE(a == b);
+}
+
+TEST_F(CaptureProgram, ReconstructTakesASessionAndMakesItsViews) {
+  ASSERT_EQ(RunPolarscan(CaptureWords(session(), {"--frames", "3", "--set", "fps=100"})).exit_code, kDone);
+  // Too small for structure from motion: what matters here is that the views are made of the session.
+  RunPolarscan({"reconstruct", session().string(), "-o", (folder_ / "scan").string()},
+               {{"PATH", "/nowhere"}});
+  EXPECT_EQ(ReadJson(folder_ / "scan" / "scan.json")["stages"]["views"]["state"], "done");
+  EXPECT_TRUE(fs::exists(folder_ / "scan" / "views" / "000002.tif"));
+}
+
+}  // namespace
+}  // namespace polarscan::test
