@@ -27,6 +27,7 @@ struct StereoOptions {
   int samples = 15;
   int window_radius = 5;
   int window_step = 2;
+  bool window_corners = false;
   double sigma_color = 0.2;
   double ncc_sigma = 0.6;
   double ncc_epsilon = 1e-5;

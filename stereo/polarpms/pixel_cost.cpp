@@ -8,7 +8,7 @@ namespace polarscan {
 PixelCost::PixelCost(const Problem& problem, const StereoOptions& options)
     : problem_(problem),
       options_(options),
-      window_(MakeWindow(options.window_radius, options.window_step)),
+      window_(MakeWindow(options.window_radius, options.window_step, options.window_corners)),
       reader_(window_, options.sigma_color),
       residual_(options),
       sources_(problem.sources.size()),
