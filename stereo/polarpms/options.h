@@ -62,7 +62,7 @@ struct StereoOptions {
   double filter_min_triangulation_angle_deg = 3.0;
   int filter_min_consistent = 2;
   double filter_max_reprojection_px = 1.0;
-  double filter_min_support = 1.5;
+  double filter_min_support = 2.0;
   double cache_gb = 4.0;
 };
 
