@@ -113,10 +113,7 @@ class NormalSolver {
     if (source.view->polar.empty()) return;
     const PolarSample& sample = source.view->polar(seen.u, seen.v);
     if (sample.weight <= 0) return;
-    AopConstraint constraint = MakeAopConstraint(sample, seen.x, seen.y);
-    constraint.diffuse = source.rotation.transpose() * constraint.diffuse;
-    constraint.specular = source.rotation.transpose() * constraint.specular;
-    evidence.constraints[evidence.count++] = constraint;
+    evidence.constraints[evidence.count++] = MakeAopConstraint(source, sample, seen);
   }
 
   // One step of re-weighted least squares: towards the smallest eigenvector, by inverse iteration.
