@@ -12,18 +12,11 @@
 #include <cstring>
 #include <system_error>
 
+#include "core/descriptor.h"
 #include "core/error.h"
 
 namespace polarscan {
 namespace {
-
-// A file descriptor that closes itself.
-struct Descriptor {
-  int fd;
-  ~Descriptor() {
-    if (fd >= 0) ::close(fd);
-  }
-};
 
 [[noreturn]] void ThrowSystemError(const std::string& what, const std::filesystem::path& path) {
   const int code = errno;
@@ -35,7 +28,7 @@ struct Descriptor {
 }
 
 void SyncPath(const std::filesystem::path& path, int flags) {
-  const Descriptor file{::open(path.c_str(), flags | O_CLOEXEC)};
+  const Descriptor file(::open(path.c_str(), flags | O_CLOEXEC));
   if (file.fd < 0 || ::fsync(file.fd) != 0) ThrowSystemError("cannot write to the disk", path);
 }
 
@@ -49,7 +42,7 @@ std::filesystem::path TemporaryName(const std::filesystem::path& path) {
 }  // namespace
 
 std::string ReadFile(const std::filesystem::path& path) {
-  const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   struct stat info {};
   if (file.fd < 0 || ::fstat(file.fd, &info) != 0) ThrowSystemError("cannot read the file", path);
   if (S_ISDIR(info.st_mode)) throw Error("a file was expected, this is a folder", path.string());
@@ -66,7 +59,7 @@ std::string ReadFile(const std::filesystem::path& path) {
 
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes) {
   WriteAtomically(path, [&](const std::filesystem::path& temporary) {
-    const Descriptor file{::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)};
+    const Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
     if (file.fd < 0) ThrowSystemError("cannot write the file", path);
     while (!bytes.empty()) {
       const ssize_t n = ::write(file.fd, bytes.data(), bytes.size());

@@ -187,12 +187,11 @@ class MultilevelStage {
     const double depth = 0.5 * (own.depth_min + own.depth_max);
     const Eigen::Vector3d middle = own.cam_from_world.Inverse() *
                                    (depth * own.camera.Ray(own.camera.width / 2., own.camera.height / 2.));
-    const Eigen::Vector3d here = (own.cam_from_world.Center() - middle).normalized();
+    const Eigen::Vector3d here = own.cam_from_world.Center() - middle;
     std::vector<std::pair<double, int>> voters;
     for (int other = 0; other < Count(); ++other) {
-      const Eigen::Vector3d there =
-          (workspace_.views[std::size_t(other)].cam_from_world.Center() - middle).normalized();
-      const double angle = std::acos(std::clamp(here.dot(there), -1.0, 1.0)) * 180 / std::numbers::pi;
+      const DenseView& voter = workspace_.views[std::size_t(other)];
+      const double angle = AngleDegrees(here, voter.cam_from_world.Center() - middle);
       if (other != view && angle <= options_.vote_angle_deg) voters.emplace_back(angle, other);
     }
     std::ranges::sort(voters);
