@@ -56,6 +56,7 @@ class Receiver {
   void Receive(Delivery delivery) {
     if (delivery == Delivery::kEnded) stop_ = true;
     if (delivery == Delivery::kDamaged) recorder_.Lost(frame_.info.sequence, frame_.info.name);
+    if (delivery == Delivery::kRestarted) recorder_.Restarted(frame_.info.sequence, frame_.info.name);
     if (delivery != Delivery::kFrame) return;
     if (!InShot()) return recorder_.Skip(frame_.info.sequence);
     frame_.info.shot = shots_;

@@ -17,12 +17,6 @@ bool IsStokesFile(const fs::path& path, const Picture& picture) {
          ReadFloatTiff(path).size() >= 3;
 }
 
-bool IsGrey(const Picture& picture) {
-  for (const Image<float>& plane : picture.planes)
-    if (!std::ranges::equal(plane.pixels(), picture.planes[0].pixels())) return false;
-  return true;
-}
-
 // Pictures that lie flat in the folder: what they are shows in their names or in the first one.
 InputKind RecognizeFlat(const fs::path& folder, const InputOptions& options) {
   const PictureFiles files = ListPictures(folder);

@@ -52,12 +52,6 @@ void CheckAgreement(const Input& input, const InputView& view, const std::vector
   }
 }
 
-bool IsGrey(const Picture& picture) {
-  return std::ranges::all_of(picture.planes, [&](const Image<float>& plane) {
-    return std::ranges::equal(plane.pixels(), picture.planes[0].pixels());
-  });
-}
-
 // Counts above the declared depth mean that it is wrong.
 void CheckDepth(const Input& input, const fs::path& path, const Picture& picture) {
   const bool counts = input.kind == InputKind::kMosaic || input.kind == InputKind::kAngles;

@@ -15,7 +15,6 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-constexpr double kPi = std::numbers::pi;
 
 // Union of two solids with a fillet of about k (quadratic polynomial).
 double Blend(double a, double b, double k) {
@@ -94,7 +93,7 @@ TriangleMesh ClosedSurface(int u_count, int v_count, const std::function<Vector3
 }
 
 Vector3d KnotCurve(double t) {
-  const double a = 2 * kPi * t;
+  const double a = 2 * std::numbers::pi * t;
   return {std::sin(a) + 2 * std::sin(2 * a), std::cos(a) - 2 * std::cos(2 * a), -1.15 * std::sin(3 * a)};
 }
 
@@ -103,7 +102,8 @@ TriangleMesh KnotMesh() {
   return ClosedSurface(800, 100, [](double s, double t) {
     const Vector3d along = (KnotCurve(s + 1e-4) - KnotCurve(s - 1e-4)).normalized();
     const Vector3d right = along.cross(Vector3d::UnitZ()).normalized(), up = right.cross(along);
-    const double turn = 2 * kPi * t, section = 0.50 + 0.035 * std::cos(3 * turn + 18 * kPi * s);
+    const double turn = 2 * std::numbers::pi * t,
+                 section = 0.50 + 0.035 * std::cos(3 * turn + 18 * std::numbers::pi * s);
     return Vector3d(KnotCurve(s) + section * (std::cos(turn) * right + std::sin(turn) * up));
   });
 }
@@ -136,7 +136,7 @@ TriangleMesh VaseMesh() {
   TriangleMesh mesh;
   for (int i = 0; i <= rows; ++i)
     for (int j = 0; j < columns; ++j) {
-      const double t = double(i) / rows, turn = 2 * kPi * j / columns;
+      const double t = double(i) / rows, turn = 2 * std::numbers::pi * j / columns;
       Vector2d p = VaseProfile(t);
       if (t < 0.6) p.x() += VaseRelief(p.y(), turn);
       mesh.vertices.emplace_back(p.x() * std::sin(turn), p.y(), p.x() * std::cos(turn));

@@ -12,7 +12,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kLift = 5e-4;        // rays start this far above a surface
 constexpr double kBackground = 0.03;  // radiance behind the scene
 constexpr int kObjectDirections = 96, kTableDirections = 64, kOpenDirections = 512;
@@ -30,9 +29,9 @@ std::vector<Beam> EvenBeams(const Environment& environment, int count, double lo
   for (int i = 0; i < count; ++i) {
     const double y = 1 - (1 - low) * (i + phase) / count;
     const double radius = std::sqrt(std::max(0.0, 1 - y * y)),
-                 turn = 2 * kPi * (i * std::numbers::phi + phase);
+                 turn = 2 * std::numbers::pi * (i * std::numbers::phi + phase);
     const Vector3d d(radius * std::sin(turn), y, radius * std::cos(turn));
-    beams.push_back({d, environment.Radiance(d), 2 * kPi * (1 - low) / count});
+    beams.push_back({d, environment.Radiance(d), 2 * std::numbers::pi * (1 - low) / count});
   }
   return beams;
 }

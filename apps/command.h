@@ -51,6 +51,7 @@ void AddExportCommand(CLI::App& app, Context& context);
 void AddFuseCommand(CLI::App& app, Context& context);
 void AddImportCommand(CLI::App& app, Context& context);
 void AddReconstructCommand(CLI::App& app, Context& context);
+void AddReplayCommand(CLI::App& app, Context& context);
 void AddReportCommand(CLI::App& app, Context& context);
 void AddSfmCommand(CLI::App& app, Context& context);
 void AddSimulateCommand(CLI::App& app, Context& context);

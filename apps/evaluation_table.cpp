@@ -27,7 +27,7 @@ std::vector<std::pair<double, json>> ByThreshold(const json& shares) {
   return sorted;
 }
 
-std::string Alignment(const json& a) {
+std::string AlignmentText(const json& a) {
   return fmt::format(
       "Alignment      {} cameras, scale {:.6g}, centres {:.3g} rms ({:.3g} at worst: {}), orientation {:.3g} "
       "deg\n",
@@ -51,7 +51,7 @@ std::string Errors(const std::string& title, const json& errors) {
   return text;
 }
 
-std::string Maps(const json& maps) {
+std::string MapsText(const json& maps) {
   const json& mean = maps.at("mean");
   std::string text = fmt::format(
       "Maps           {} views ({}); {} of the object's pixels estimated; {} of the estimated are off it\n",
@@ -63,7 +63,7 @@ std::string Maps(const json& maps) {
          Errors("Normal error (deg)", mean.value("normal_degrees", json()));
 }
 
-std::string Cloud(const json& cloud) {
+std::string CloudText(const json& cloud) {
   std::string text = fmt::format(
       "Cloud          {} points ({} of the surroundings, {} cropped); {} of the surface counts as visible\n",
       cloud.at("points").get<std::size_t>(), cloud.at("points_of_surroundings").get<std::size_t>(),
@@ -87,9 +87,9 @@ std::string Cloud(const json& cloud) {
 
 std::string EvaluationTable(const json& evaluation) {
   std::string text = "Lengths in the truth's units\n";
-  if (evaluation.contains("alignment")) text += Alignment(evaluation.at("alignment"));
-  if (evaluation.contains("maps")) text += Maps(evaluation.at("maps"));
-  if (evaluation.contains("cloud")) text += Cloud(evaluation.at("cloud"));
+  if (evaluation.contains("alignment")) text += AlignmentText(evaluation.at("alignment"));
+  if (evaluation.contains("maps")) text += MapsText(evaluation.at("maps"));
+  if (evaluation.contains("cloud")) text += CloudText(evaluation.at("cloud"));
   text.pop_back();
   return text;
 }

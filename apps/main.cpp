@@ -70,6 +70,7 @@ void AddCommands(CLI::App& app, Context& context) {
   AddStereoCommand(app, context);
   AddFuseCommand(app, context);
   AddEvaluateCommand(app, context);
+  AddReplayCommand(app, context);
   AddReportCommand(app, context);
 }
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <Eigen/Core>
-#include <Eigen/LU>
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
 
 namespace polarscan {
 
@@ -28,6 +30,12 @@ struct Pinhole {
     return {new_width, new_height, fx * sx, fy * sy, cx * sx, cy * sy};
   }
 };
+
+// Angle between two vectors of any length, degrees in [0, 180]; exact for small angles, where an arc cosine
+// is not.
+inline double AngleDegrees(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / std::numbers::pi;
+}
 
 // Rigid transform target_from_source: x_target = rotation * x_source + translation.
 struct Rigid {

@@ -12,21 +12,14 @@
 #include <cstring>
 #include <system_error>
 
+#include "core/descriptor.h"
 #include "core/error.h"
 
 namespace polarscan {
 namespace {
 
-// A file descriptor that closes itself.
-struct Descriptor {
-  int fd;
-  ~Descriptor() {
-    if (fd >= 0) ::close(fd);
-  }
-};
-
 void SyncPath(const std::filesystem::path& path, int flags) {
-  const Descriptor file{::open(path.c_str(), flags | O_CLOEXEC)};
+  const Descriptor file(::open(path.c_str(), flags | O_CLOEXEC));
   if (file.fd < 0 || ::fsync(file.fd) != 0) ThrowSystemError("cannot write to the disk", path);
 }
 
@@ -49,7 +42,7 @@ void ThrowSystemError(const std::string& what, const std::filesystem::path& path
 }
 
 std::string ReadFile(const std::filesystem::path& path) {
-  const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   struct stat info {};
   if (file.fd < 0 || ::fstat(file.fd, &info) != 0) ThrowSystemError("cannot read the file", path);
   if (S_ISDIR(info.st_mode)) throw Error("a file was expected, this is a folder", path.string());
@@ -66,7 +59,7 @@ std::string ReadFile(const std::filesystem::path& path) {
 
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes) {
   WriteAtomically(path, [&](const std::filesystem::path& temporary) {
-    const Descriptor file{::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)};
+    const Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
     if (file.fd < 0) ThrowSystemError("cannot write the file", path);
     while (!bytes.empty()) {
       const ssize_t n = ::write(file.fd, bytes.data(), bytes.size());
@@ -89,7 +82,7 @@ void WriteAtomically(const std::filesystem::path& path,
     ::unlink(temporary.c_str());
     throw;
   }
-  SyncPath(path.has_parent_path() ? path.parent_path() : ".", O_RDONLY | O_DIRECTORY);
+  SyncFolder(path.parent_path());
 }
 
 nlohmann::json ReadJson(const std::filesystem::path& path) {
@@ -102,6 +95,10 @@ nlohmann::json ReadJson(const std::filesystem::path& path) {
 
 void WriteJson(const std::filesystem::path& path, const nlohmann::json& value) {
   WriteFileAtomically(path, value.dump(1) + "\n");
+}
+
+void SyncFolder(const std::filesystem::path& path) {
+  SyncPath(path.empty() ? "." : path, O_RDONLY | O_DIRECTORY);
 }
 
 void CreateFolder(const std::filesystem::path& path) {

@@ -27,6 +27,8 @@ nlohmann::json ReadJson(const std::filesystem::path& path);
 void WriteJson(const std::filesystem::path& path, const nlohmann::json& value);
 
 void CreateFolder(const std::filesystem::path& path);
+// A power cut cannot take the names of new files in it back any more.
+void SyncFolder(const std::filesystem::path& path);
 
 // XXH3, 64 bits, of bytes or of a file's bytes. Not cryptographic. ToHex gives 16 digits.
 std::uint64_t Hash(std::string_view bytes, std::uint64_t seed = 0);

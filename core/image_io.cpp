@@ -144,6 +144,12 @@ bool IsPictureName(const fs::path& path) {
   return std::ranges::find(kExtensions, LowerExtension(path)) != std::end(kExtensions);
 }
 
+bool IsGrey(const Picture& picture) {
+  return std::ranges::all_of(picture.planes, [&](const Image<float>& plane) {
+    return std::ranges::equal(plane.pixels(), picture.planes[0].pixels());
+  });
+}
+
 Picture ReadPicture(const fs::path& path) {
   const cv::Mat image = Decode(path);
   Picture picture;

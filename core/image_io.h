@@ -26,6 +26,9 @@ bool IsPictureName(const std::filesystem::path& path);
 // Throws Error if the file is missing, of another kind, or damaged (a truncated PNG or JPEG is damaged).
 Picture ReadPicture(const std::filesystem::path& path);
 
+// True if all planes are the same.
+bool IsGrey(const Picture& picture);
+
 // 8-bit masks: one plane; a pixel is 255 where the file's value is above half of its full scale, else 0.
 Image<std::uint8_t> ReadMask(const std::filesystem::path& path);
 

@@ -14,6 +14,7 @@
 #include <cstring>
 #include <thread>
 
+#include "core/descriptor.h"
 #include "core/error.h"
 #include "core/files.h"
 
@@ -23,18 +24,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kPoll{20};           // at most; quick programs are asked sooner
 constexpr auto kGrace = std::chrono::milliseconds(400);  // between the polite signal and the other one
-
-struct Descriptor {
-  int fd = -1;
-  explicit Descriptor(int descriptor) : fd(descriptor) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() { Close(); }
-  void Close() {
-    if (fd >= 0) close(fd);
-    fd = -1;
-  }
-};
 
 bool IsExecutable(const std::filesystem::path& path) {
   std::error_code ignored;

@@ -22,10 +22,6 @@ double DepthAt(const ViewMaps& view, int x, int y, double u, double v) {
   return depth * normal.dot(centre) / along;
 }
 
-double AngleDeg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return 2 * std::atan2((a - b).norm(), (a + b).norm()) * 180 / std::numbers::pi;
-}
-
 Eigen::Vector3d ToWorld(const Rigid& cam_from_world, const Eigen::Vector3d& p) {
   return cam_from_world.rotation.transpose() * (p - cam_from_world.translation);
 }
@@ -54,7 +50,7 @@ std::optional<Agreement> Ask(const ViewMaps& reference, const Eigen::Vector2d& p
   if (error_px > limits.reprojection_px) return none(counts.reprojection);
   const Eigen::Vector3d normal =
       other.cam_from_world.rotation.transpose() * other.normal(x, y).cast<double>();
-  const double angle = AngleDeg(normal, point.normal);
+  const double angle = AngleDegrees(normal, point.normal);
   if (angle > limits.normal_deg) return none(counts.normal);
 
   ++counts.agreed;
@@ -74,7 +70,7 @@ double MeetsPlane(const ViewMaps& view, int x, int y, const Eigen::Vector3d& poi
 }
 
 // Running weighted means of what a cloud point holds.
-struct Mean {
+struct WeightedMean {
   Eigen::Vector3d normal = Eigen::Vector3d::Zero(), colour = Eigen::Vector3d::Zero();
   double along_ray = 0, dop = 0, weight = 0;
 
@@ -138,7 +134,7 @@ CloudPoint Fuse(const ViewMaps& reference, int x, int y,
                 const std::vector<Agreement>& agreements) {
   const SurfacePoint seed = BackProject(reference, x, y);
   const Eigen::Vector3d centre = reference.cam_from_world.Center(), ray = seed.position - centre;
-  Mean mean;
+  WeightedMean mean;
   mean.Add(reference, x, y, 1);
   double support = 0;
   for (const Agreement& a : agreements) {

@@ -48,11 +48,6 @@ void ApplyMask(const Image<std::uint8_t>& mask, TrueMaps& maps) {
       if (mask(x * mask.width() / width, y * mask.height() / height) == 0) maps.depth(x, y) = 0;
 }
 
-// Unit vectors; exact for small angles, where an arc cosine is not.
-double AngleDeg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return 2 * std::atan2((a - b).norm(), (a + b).norm()) * 180 / std::numbers::pi;
-}
-
 struct ViewErrors {
   std::size_t object = 0, estimated = 0, both = 0;
   std::vector<double> depth, normal_deg;  // over the object's estimated pixels; normals where there is one
@@ -73,7 +68,7 @@ ViewErrors Compare(const Image<float>& depth, const Image<Eigen::Vector3f>& norm
     const Eigen::Vector3d n = normal.pixels()[i].cast<double>();
     const double length = n.norm();
     if (std::isfinite(length) && length > 1e-6)
-      errors.normal_deg.push_back(AngleDeg(n / length, truth.normal.pixels()[i]));
+      errors.normal_deg.push_back(AngleDegrees(n, truth.normal.pixels()[i]));
   }
   return errors;
 }

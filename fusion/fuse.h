@@ -21,9 +21,10 @@ struct FusionOptions {
   double relative_depth = 0.01;  // how much their depths may differ, as a share
   double normal_deg = 60;        // how much their normals may differ
   int check_views = 50;          // views asked about a pixel at most: those that overlap most
-  double contradictions = 0;  // drop a point that this many times more views see through than agree; 0: never
-  bool masks = true;          // pixels outside of masks/NAME.png make no points
-  double memory_gb = 4;       // maps kept in memory; fewer views' maps are read anew
+  double contradictions =
+      0.5;               // drop a point that this many times more views see through than agree; 0: never
+  bool masks = true;     // pixels outside of masks/NAME.png make no points
+  double memory_gb = 4;  // maps kept in memory; fewer views' maps are read anew
 };
 OptionTable Table(FusionOptions& options);
 

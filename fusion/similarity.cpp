@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fusion/similarity.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <string>
@@ -18,8 +19,10 @@ Eigen::Matrix3Xd Columns(const std::vector<Eigen::Vector3d>& points) {
 
 bool OnOneLine(const Eigen::Matrix3Xd& points) {
   const Eigen::Matrix3Xd centred = points.colwise() - points.rowwise().mean();
-  const Eigen::Vector3d spread = Eigen::JacobiSVD<Eigen::Matrix3Xd>(centred).singularValues();
-  return spread[1] <= 1e-6 * spread[0];
+  const Eigen::Matrix3d scatter = centred * centred.transpose();
+  const Eigen::Vector3d spread =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter, Eigen::EigenvaluesOnly).eigenvalues();
+  return spread[1] <= 1e-12 * spread[2];  // ascending, and squares
 }
 
 }  // namespace

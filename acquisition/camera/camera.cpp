@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/camera/camera.h"
 
+#include "acquisition/camera/aravis_camera.h"
 #include "acquisition/camera/replay_camera.h"
 #include "acquisition/camera/simulated_camera.h"
 #include "core/error.h"
@@ -11,7 +12,11 @@ nlohmann::json ToJson(const CameraInfo& info) {
   return {{"id", info.id}, {"vendor", info.vendor}, {"model", info.model}, {"serial", info.serial}};
 }
 
-std::vector<CameraInfo> ListCameras() { return {OpenSimulatedCamera({})->info()}; }
+std::vector<CameraInfo> ListCameras() {
+  std::vector<CameraInfo> cameras = ListAravisCameras();
+  cameras.push_back(OpenSimulatedCamera({})->info());
+  return cameras;
+}
 
 std::unique_ptr<Camera> OpenCamera(const std::string& id, std::uint64_t seed) {
   constexpr std::string_view kReplay = "replay:";
@@ -21,9 +26,7 @@ std::unique_ptr<Camera> OpenCamera(const std::string& id, std::uint64_t seed) {
     options.simulator.seed = seed;
     return OpenSimulatedCamera(options);
   }
-  std::string known;
-  for (const CameraInfo& camera : ListCameras()) known += camera.id + ", ";
-  throw Error("there is no such camera", id, "There are " + known + "and replay:SESSION for a recording");
+  return OpenAravisCamera(id);
 }
 
 }  // namespace polarscan

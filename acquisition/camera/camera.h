@@ -11,7 +11,7 @@
 
 namespace polarscan {
 
-// id: what OpenCamera takes, "simulated", "replay:FOLDER".
+// id: what OpenCamera takes: Aravis' id, "simulated", "replay:FOLDER".
 struct CameraInfo {
   std::string id, vendor, model, serial;
 };
@@ -19,10 +19,11 @@ nlohmann::json ToJson(const CameraInfo& info);
 
 // How a call to Next ended.
 enum class Delivery {
-  kFrame,    // a whole frame
-  kDamaged,  // a frame that is not whole: only its sequence number and reason are there
-  kNothing,  // none came in time
-  kEnded,    // none will come any more
+  kFrame,      // a whole frame
+  kDamaged,    // a frame that is not whole: only its sequence number and reason (info.name) are there
+  kRestarted,  // the camera was gone and is back: info.sequence is the next frame's, info.name says how long
+  kNothing,    // none came in time
+  kEnded,      // none will come any more
 };
 
 // A camera that is open. The same for all backends; above this line nobody knows which one it is. One thread
@@ -49,7 +50,8 @@ class Camera {
 // The cameras that can be opened now. Never throws because one backend fails.
 std::vector<CameraInfo> ListCameras();
 
-// Throws Error naming the cameras there are.
+// id: of a CameraInfo; a GigE or USB3 Vision camera also by its serial number or address. Throws Error naming
+// the cameras there are.
 std::unique_ptr<Camera> OpenCamera(const std::string& id, std::uint64_t seed = 0);
 
 }  // namespace polarscan

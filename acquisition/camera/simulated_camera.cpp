@@ -90,9 +90,11 @@ class SimulatedCamera : public Camera {
     format_ = ParsePixelFormat(options_.pixel_format);
     SimulatorOptions scene = options_.simulator;
     scene.scene.seed = scene.seed;
-    if (exposures_.empty()) exposures_ = Expose(scene, Sensor(), progress);
+    if (std::exchange(exposed_bits_, format_.bits) != format_.bits)
+      exposures_ = Expose(scene, Sensor(), progress);
     normal_ = NormalNumbers(scene.seed);
     sigma_ = NoiseOfCounts(Sensor());
+    Prepare();
     next_ = 0;
     pacer_.Start();
   }
@@ -100,12 +102,15 @@ class SimulatedCamera : public Camera {
   Delivery Next(Frame& frame, std::chrono::milliseconds timeout) override {
     if (!pacer_.WaitUntil(double(next_) / options_.fps, timeout)) return Delivery::kNothing;
     Random luck(options_.simulator.seed, 6, next_);
-    if (luck.Uniform() < options_.loss) {
+    if (luck.Uniform() < options_.frame_loss) {
       ++next_;
       return Delivery::kNothing;
     }
-    const std::size_t place = next_ / std::uint64_t(options_.hold) % exposures_.size();
-    frame.payload = Pack(format_, WithNoise(exposures_[place], next_));
+    if (prepared_.empty()) {
+      frame.payload = Pack(format_, WithNoise(exposures_[PlaceOf(next_)], next_));
+    } else {
+      frame.payload = prepared_[next_ % prepared_.size()];
+    }
     frame.info = Describe();
     ++next_;
     return Delivery::kFrame;
@@ -119,6 +124,18 @@ class SimulatedCamera : public Camera {
     sensor.layout = ParseLayout(options_.simulator.layout);
     sensor.bits = ParsePixelFormat(options_.pixel_format).bits;
     return sensor;
+  }
+
+  std::size_t PlaceOf(std::uint64_t frame) const {
+    return frame / std::uint64_t(options_.hold) % exposures_.size();
+  }
+
+  // The first frames, up to the end of a round.
+  void Prepare() {
+    prepared_.clear();
+    const std::size_t round = exposures_.size() * std::size_t(options_.hold);
+    for (std::uint64_t frame = 0; frame < round * std::uint64_t(options_.prepared); ++frame)
+      prepared_.push_back(Pack(format_, WithNoise(exposures_[PlaceOf(frame)], frame)));
   }
 
   FrameInfo Describe() const {
@@ -147,8 +164,10 @@ class SimulatedCamera : public Camera {
 
   SimulatedCameraOptions options_;
   PixelFormat format_;
+  int exposed_bits_ = 0;  // of the samples in exposures_
   std::vector<Exposure> exposures_;
   std::vector<float> normal_, sigma_;
+  std::vector<std::vector<std::uint8_t>> prepared_;
   std::uint64_t next_ = 0;
   Pacer pacer_;
 };
@@ -164,7 +183,12 @@ OptionTable Table(SimulatedCameraOptions& options) {
       {"pixel-format", &options.pixel_format, "as the camera sends it, say Mono8, Mono12p, Mono12Packed"});
   table.push_back({"fps", &options.fps, "frames a second", "1/s", 0.01, 10000});
   table.push_back({"hold", &options.hold, "frames from one place before the next", "frame", 1, 1e6});
-  table.push_back({"loss", &options.loss, "share of the frames that never come", "", 0, 1});
+  table.push_back({"frame-loss", &options.frame_loss, "share of the frames that never come", "", 0, 1});
+  table.push_back(
+      {"prepared", &options.prepared,
+       "rounds of frames made before the start and then sent again and again, to save time; 0: every "
+       "frame is new",
+       "", 0, 1000});
   return table;
 }
 

@@ -9,8 +9,9 @@ struct SimulatedCameraOptions {
   SimulatorOptions simulator;
   std::string pixel_format = "Mono12p";
   double fps = 12;
-  int hold = 1;     // frames from one place before the camera goes on to the next
-  double loss = 0;  // share of the frames that never come
+  int hold = 1;           // frames from one place before the camera goes on to the next
+  double frame_loss = 0;  // share of the frames that never come
+  int prepared = 0;       // rounds of frames made at Start and sent again and again; 0: each frame is new
 };
 OptionTable Table(SimulatedCameraOptions& options);
 

@@ -6,17 +6,17 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "core/descriptor.h"
 #include "core/files.h"
 
 namespace polarscan {
 
 MappedFile::MappedFile(const std::filesystem::path& path) {
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   struct stat info {};
-  if (fd < 0 || ::fstat(fd, &info) != 0) ThrowSystemError("cannot read the file", path);
+  if (file.fd < 0 || ::fstat(file.fd, &info) != 0) ThrowSystemError("cannot read the file", path);
   void* data = nullptr;
-  if (info.st_size > 0) data = ::mmap(nullptr, std::size_t(info.st_size), PROT_READ, MAP_SHARED, fd, 0);
-  ::close(fd);
+  if (info.st_size > 0) data = ::mmap(nullptr, std::size_t(info.st_size), PROT_READ, MAP_SHARED, file.fd, 0);
   if (data == MAP_FAILED) ThrowSystemError("cannot read the file", path);
   if (data) bytes_ = {static_cast<const char*>(data), std::size_t(info.st_size)};
 }

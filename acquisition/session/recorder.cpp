@@ -51,6 +51,14 @@ void Recorder::Lost(std::uint64_t sequence, const std::string& reason) {
   CountMissing({sequence, 1, "lost: " + reason});
 }
 
+void Recorder::Restarted(std::uint64_t sequence, const std::string& reason) {
+  const std::lock_guard lock(mutex_);
+  if (sequence > 0) last_sequence_ = sequence - 1;
+  ++counts_.restarts;
+  queue_.push_back({std::nullopt, {sequence, 0, "restart: " + reason, true}});
+  work_.notify_one();
+}
+
 void Recorder::Skip(std::uint64_t sequence) {
   const std::lock_guard lock(mutex_);
   Expect(sequence);
@@ -122,6 +130,7 @@ void Recorder::Drain() {
 }
 
 void Recorder::WriteItem(Item& item) {
+  if (item.missing.restart) writer_.NewSegment();
   if (!item.frame) return writer_.AppendMissing(item.missing.first, item.missing.count, item.missing.reason);
   writer_.Append(*item.frame);
   const std::size_t bytes = item.frame->payload.size();

@@ -32,6 +32,8 @@ class Recorder {
   bool Offer(Frame& frame);
   // The camera gave this frame up ("incomplete").
   void Lost(std::uint64_t sequence, const std::string& reason);
+  // The camera was gone, and comes back with this frame: a note, and a new segment.
+  void Restarted(std::uint64_t sequence, const std::string& reason);
   // The frame came, but nobody had asked for one.
   void Skip(std::uint64_t sequence);
 
@@ -46,6 +48,7 @@ class Recorder {
   struct Missing {
     std::uint64_t first = 0, count = 0;
     std::string reason;
+    bool restart = false;
   };
   struct Item {
     std::optional<Frame> frame;

@@ -21,6 +21,7 @@ FrameCounts CountsFrom(const json& value) {
   FrameCounts counts;
   counts.stored = value.at("stored"), counts.lost = value.at("lost"), counts.dropped = value.at("dropped");
   counts.cancelled = value.at("cancelled"), counts.bytes = value.at("bytes");
+  counts.restarts = value.at("restarts");
   counts.reasons = value.at("reasons").get<std::map<std::string, std::uint64_t>>();
   return counts;
 }
@@ -45,14 +46,17 @@ SessionInfo InfoFrom(const json& value) {
 }  // namespace
 
 json ToJson(const FrameCounts& counts) {
-  return {{"stored", counts.stored},       {"lost", counts.lost},   {"dropped", counts.dropped},
-          {"cancelled", counts.cancelled}, {"bytes", counts.bytes}, {"reasons", counts.reasons}};
+  return {{"stored", counts.stored},       {"lost", counts.lost},         {"dropped", counts.dropped},
+          {"cancelled", counts.cancelled}, {"restarts", counts.restarts}, {"bytes", counts.bytes},
+          {"reasons", counts.reasons}};
 }
 
 std::string Describe(const FrameCounts& counts) {
   std::string reasons;
   for (const auto& [reason, count] : counts.reasons)
     reasons += fmt::format("{}{} {}", reasons.empty() ? "" : ", ", count, reason);
+  if (counts.restarts > 0)
+    reasons += fmt::format("{}{} restarts of the camera", reasons.empty() ? "" : ", ", counts.restarts);
   return fmt::format("{} stored, {} lost, {} dropped{}", counts.stored, counts.lost, counts.dropped,
                      reasons.empty() ? "" : " (" + reasons + ")");
 }

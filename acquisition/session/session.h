@@ -15,6 +15,7 @@ struct FrameCounts {
   std::uint64_t lost = 0;       // in transport: never came, or came incomplete
   std::uint64_t dropped = 0;    // by us: no room in the buffer, or the disk failed
   std::uint64_t cancelled = 0;  // came while none was asked for
+  std::uint64_t restarts = 0;   // of the camera, while frames were not counted
   std::uint64_t bytes = 0;      // of payload, of the stored ones
   std::map<std::string, std::uint64_t> reasons = {};  // of lost and dropped frames
 

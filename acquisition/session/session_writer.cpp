@@ -41,6 +41,7 @@ SessionWriter::SessionWriter(const std::filesystem::path& folder, SessionInfo in
   RequireNewSessionFolder(folder);
   CreateFolder(folder / "segments");
   WriteSessionInfo(folder, info_);
+  SyncFolder(std::filesystem::absolute(folder).lexically_normal().parent_path());
 }
 
 void SessionWriter::Append(const Frame& frame) {
@@ -62,7 +63,7 @@ void SessionWriter::AppendMissing(std::uint64_t first, std::uint64_t count, cons
 }
 
 void SessionWriter::Write(Record record, std::string_view payload) {
-  if (!file_ || written_ >= segment_bytes_) BeginSegment();
+  if (!file_ || new_segment_ || written_ >= segment_bytes_) BeginSegment();
   record.session = info_.id;
   record.index = info_.records;
   const std::string header = EncodeHeader(record);
@@ -80,14 +81,21 @@ void SessionWriter::Write(Record record, std::string_view payload) {
 }
 
 void SessionWriter::BeginSegment() {
-  if (file_) file_->Sync();
+  Sync();
   file_ = make_file_(SegmentPath(folder_, info_.segments));
   ++info_.segments;
   written_ = 0;
+  new_segment_ = false;
 }
 
+void SessionWriter::NewSegment() { new_segment_ = written_ > 0; }
+
 void SessionWriter::Sync() {
-  if (file_) file_->Sync();
+  if (!file_) return;
+  if (sync_failed_) throw Error("the disk has failed before", folder_.string());
+  sync_failed_ = true;  // until it is known to be good
+  file_->Sync();
+  sync_failed_ = false;
 }
 
 void SessionWriter::Close(const FrameCounts& counts) {

@@ -18,7 +18,10 @@ class SessionWriter {
   void Append(const Frame& frame);
   // Frames that are not there, and why ("lost: ..." or "dropped: ...").
   void AppendMissing(std::uint64_t first, std::uint64_t count, const std::string& reason);
-  // What was appended before survives a power cut after it.
+  // The next record begins a new segment.
+  void NewSegment();
+  // What was appended before survives a power cut after it. One that failed is not asked again: the system
+  // may then say yes though the bytes are gone.
   void Sync();
   // Syncs and writes the final session.json with these counts.
   void Close(const FrameCounts& counts);
@@ -32,6 +35,7 @@ class SessionWriter {
   std::uint64_t segment_bytes_, written_ = 0;  // of the current segment
   AppendFileMaker make_file_;
   std::unique_ptr<AppendFile> file_;
+  bool sync_failed_ = false, new_segment_ = false;
 };
 
 // Throws Error unless the folder is empty or not there.

@@ -52,7 +52,7 @@ class Checkerboard {
   void Start(int y) {
     for (int x = 0; x < costs_.width(); ++x) {
       if (!problem_.Active(x, y)) continue;
-      Random random = PixelRandom(x, y, -1);
+      Random random = PixelRandom(problem_, options_.seed, x, y, -1);
       PixelContext pixel;
       cost_.Place(x, y, pixel);
       if (map_.depth(x, y) <= 0) {
@@ -74,12 +74,6 @@ class Checkerboard {
   }
 
  private:
-  Random PixelRandom(int x, int y, int iteration) const {
-    return Random(std::uint64_t(options_.seed), std::uint64_t(problem_.view_index),
-                  std::uint64_t(y) * std::uint64_t(costs_.width()) + std::uint64_t(x),
-                  std::uint64_t(iteration));
-  }
-
   Hypothesis At(int x, int y) const { return {map_.depth(x, y), map_.normal(x, y)}; }
 
   bool HasEstimate(int x, int y) const { return map_.depth.Contains(x, y) && map_.depth(x, y) > 0; }
@@ -133,7 +127,7 @@ class Checkerboard {
   }
 
   void UpdatePixel(int x, int y, int iteration) {
-    Random random = PixelRandom(x, y, pass_.first_iteration + iteration);
+    Random random = PixelRandom(problem_, options_.seed, x, y, pass_.first_iteration + iteration);
     PixelContext pixel;
     cost_.Place(x, y, pixel);
     constexpr Offset kBeside[4] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};

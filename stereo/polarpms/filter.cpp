@@ -16,7 +16,7 @@ class Filter {
   Filter(const Problem& problem, const StereoOptions& options)
       : problem_(problem),
         options_(options),
-        window_(MakeWindow(options.window_radius, options.window_step)),
+        window_(MakeWindow(options.window_radius, options.window_step, options.window_corners)),
         reader_(window_, options.sigma_color),
         max_cos_triangulation_(
             float(std::cos(options.filter_min_triangulation_angle_deg * std::numbers::pi / 180))),

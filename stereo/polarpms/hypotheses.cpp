@@ -8,6 +8,11 @@
 
 namespace polarscan {
 
+Random PixelRandom(const Problem& problem, int seed, int x, int y, int turn) {
+  const auto pixel = std::uint64_t(y) * std::uint64_t(problem.reference->gray.width()) + std::uint64_t(x);
+  return Random(std::uint64_t(seed), std::uint64_t(problem.view_index), pixel, std::uint64_t(turn));
+}
+
 Eigen::Vector3f RandomNormal(const Eigen::Vector3f& ray, Random& random) {
   const float z = random.Uniform(-1, 1), angle = random.Uniform(0, 2 * std::numbers::pi_v<float>);
   const float radius = std::sqrt(std::max(0.0f, 1 - z * z));
@@ -34,6 +39,13 @@ Eigen::Vector3f PerturbedNormal(const Eigen::Vector3f& normal, const Eigen::Vect
 AopConstraint MakeAopConstraint(const PolarSample& sample, float x, float y) {
   const float c = sample.cos_phi, s = sample.sin_phi;
   return {{s, c, -(x * s + y * c)}, {c, -s, -(x * c - y * s)}, sample.weight};
+}
+
+AopConstraint MakeAopConstraint(const Source& source, const PolarSample& sample, const Seen& seen) {
+  AopConstraint constraint = MakeAopConstraint(sample, seen.x, seen.y);
+  constraint.diffuse = source.rotation.transpose() * constraint.diffuse;
+  constraint.specular = source.rotation.transpose() * constraint.specular;
+  return constraint;
 }
 
 Eigen::Vector3f NormalFromAop(std::span<const AopConstraint> constraints, AopLabels labels,

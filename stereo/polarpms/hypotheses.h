@@ -8,6 +8,9 @@
 
 namespace polarscan {
 
+// The random numbers of one pixel's turn: a function of the seed, the view, the pixel and the turn.
+Random PixelRandom(const Problem& problem, int seed, int x, int y, int turn);
+
 // Uniform over the directions that face a camera looking along `ray`.
 Eigen::Vector3f RandomNormal(const Eigen::Vector3f& ray, Random& random);
 
@@ -26,6 +29,9 @@ struct AopConstraint {
   float weight = 0;
 };
 AopConstraint MakeAopConstraint(const PolarSample& sample, float x, float y);
+
+// What a source's sample says, in the reference frame.
+AopConstraint MakeAopConstraint(const Source& source, const PolarSample& sample, const Seen& seen);
 
 enum class AopLabels { kFromNormal, kAllDiffuse, kAllSpecular };
 

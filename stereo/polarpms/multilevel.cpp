@@ -7,14 +7,12 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/error.h"
 #include "core/parallel.h"
-#include "stereo/map_io.h"
 #include "stereo/polarpms/checkerboard.h"
 #include "stereo/polarpms/cost.h"
 #include "stereo/polarpms/done_list.h"
 #include "stereo/polarpms/filter.h"
-#include "stereo/polarpms/view.h"
+#include "stereo/polarpms/stage_inputs.h"
 #include "stereo/rounds/round.h"
 
 namespace polarscan {
@@ -110,18 +108,17 @@ class MultilevelStage {
     Cache<StereoView> views(
         cache_bytes / 2,
         [&](int v) { return LoadStereoView(workspace_, v, scale_, options_, step.halvings); },
-        [](const StereoView& v) { return v.gray.size() * (8 + (v.polar.empty() ? 0 : 16) + 2); });
+        [](const StereoView& v) { return BytesOf(v); });
     Cache<DepthNormalMap> maps(
-        cache_bytes / 2, [&](int v) { return ReadMaps(step, v); },
-        [](const DepthNormalMap& m) { return m.depth.size() * 16; });
+        cache_bytes / 2, [&](int v) { return MapsBefore(step, v); },
+        [](const DepthNormalMap& m) { return BytesOf(m); });
     progress_.Begin(step.title, std::size_t(Count()));
     for (int view = 0; view < Count(); ++view) {
       progress_.Check();
       if (!done_.IsDone(view, step.kind)) {
         const DepthNormalMap map =
             step.search ? Search(step, view, views, maps) : Round(step, view, views, maps);
-        WriteDepthMap(workspace_.DepthPath(view, step.kind), map.depth);
-        WriteNormalMap(workspace_.NormalPath(view, step.kind), map.normal);
+        WriteMaps(workspace_, view, step.kind, map);
         done_.Add(view, step.kind);
       }
       progress_.Advance();
@@ -129,9 +126,8 @@ class MultilevelStage {
   }
 
   // The maps of the step before, at this step's size.
-  DepthNormalMap ReadMaps(const Step& step, int view) const {
-    DepthNormalMap map{ReadDepthMap(workspace_.DepthPath(view, step.before)),
-                       ReadNormalMap(workspace_.NormalPath(view, step.before))};
+  DepthNormalMap MapsBefore(const Step& step, int view) const {
+    DepthNormalMap map = ReadMaps(workspace_, view, step.before);
     if (step.halvings == step.halvings_before) return map;
     Pinhole camera = workspace_.views[std::size_t(view)].camera;
     for (int i = 0; i < step.halvings; ++i) camera = HalfCamera(camera);
@@ -158,19 +154,12 @@ class MultilevelStage {
   }
 
   DepthNormalMap Search(const Step& step, int view, Cache<StereoView>& views, Cache<DepthNormalMap>& maps) {
-    const DenseView& dense = workspace_.views[std::size_t(view)];
-    if (dense.sources.empty())
-      throw Error("no other view looks at the same place", dense.name,
-                  "Add pictures between this view and the others");
     const bool warm = !step.before.empty();
     const auto reference = views.Get(view);
-    Problem problem{reference.get(), {}, float(dense.depth_min), float(dense.depth_max), view};
-    for (int source : dense.sources) {
-      if (int(problem.sources.size()) >= options_.sources) break;
-      problem.sources.push_back(MakeSource(*reference, views.Get(source), warm ? maps.Get(source) : nullptr));
-    }
-    const Image<DepthInterval> hull =
-        VisualHull(problem, warm ? std::vector<Source>{} : Silhouettes(view, *reference, views));
+    const Problem problem =
+        MakeProblem(workspace_, view, options_, *reference, views, warm ? &maps : nullptr);
+    const Image<DepthInterval> hull = VisualHull(
+        problem, warm ? std::vector<Source>{} : Silhouettes(workspace_, view, options_, *reference, views));
     DepthNormalMap map;
     if (warm) map = *maps.Get(view);
     const CheckerboardPass pass{warm ? options_.geometric_iterations : options_.photometric_iterations, warm,
@@ -178,16 +167,6 @@ class MultilevelStage {
     RunCheckerboard(problem, options_, hull, pass, map, progress_);
     if (IsLast(step) && options_.filter) FilterEstimates(problem, options_, {}, map);
     return map;
-  }
-
-  std::vector<Source> Silhouettes(int view, const StereoView& reference, Cache<StereoView>& views) {
-    std::vector<Source> silhouettes;
-    for (int other = 0; options_.silhouettes && other < Count(); ++other) {
-      if (other == view) continue;
-      const auto seen = views.Get(other);
-      if (!seen->silhouette.empty()) silhouettes.push_back(MakeSource(reference, seen, nullptr));
-    }
-    return silhouettes;
   }
 
   DepthNormalMap Round(const Step& step, int view, Cache<StereoView>& views, Cache<DepthNormalMap>& maps) {
@@ -208,12 +187,11 @@ class MultilevelStage {
     const double depth = 0.5 * (own.depth_min + own.depth_max);
     const Eigen::Vector3d middle = own.cam_from_world.Inverse() *
                                    (depth * own.camera.Ray(own.camera.width / 2., own.camera.height / 2.));
-    const Eigen::Vector3d here = (own.cam_from_world.Center() - middle).normalized();
+    const Eigen::Vector3d here = own.cam_from_world.Center() - middle;
     std::vector<std::pair<double, int>> voters;
     for (int other = 0; other < Count(); ++other) {
-      const Eigen::Vector3d there =
-          (workspace_.views[std::size_t(other)].cam_from_world.Center() - middle).normalized();
-      const double angle = std::acos(std::clamp(here.dot(there), -1.0, 1.0)) * 180 / std::numbers::pi;
+      const DenseView& voter = workspace_.views[std::size_t(other)];
+      const double angle = AngleDegrees(here, voter.cam_from_world.Center() - middle);
       if (other != view && angle <= options_.vote_angle_deg) voters.emplace_back(angle, other);
     }
     std::ranges::sort(voters);

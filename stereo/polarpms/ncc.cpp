@@ -9,11 +9,12 @@ namespace {
 constexpr int kRangeSteps = 1024;
 }
 
-Window MakeWindow(int radius, int step) {
+Window MakeWindow(int radius, int step, bool corners) {
   Window window;
   window.radius = radius;
   for (int dy = -radius; dy <= radius; dy += step)
     for (int dx = -radius; dx <= radius; dx += step) {
+      if (!corners && dx * dx + dy * dy > 1.44 * radius * radius) continue;
       window.dx[window.taps] = float(dx);
       window.dy[window.taps] = float(dy);
       ++window.taps;

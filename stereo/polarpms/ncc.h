@@ -18,7 +18,9 @@ struct Window {
   int taps = 0, padded = 0, radius = 0;
   alignas(64) float dx[kMaxTaps] = {}, dy[kMaxTaps] = {};
 };
-Window MakeWindow(int radius, int step);
+// A square of that radius, or without the samples near its corners (farther than 1.2 radii from the centre):
+// radius 5, step 2 then has 32 samples, a multiple of every vector's length.
+Window MakeWindow(int radius, int step, bool corners = true);
 
 // A reference patch with everything that does not depend on the hypothesis. Intensities are relative to the
 // centre pixel. weight: bilateral, sum 1, zero on padding and on background; weighted: weight * intensity.

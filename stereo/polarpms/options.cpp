@@ -15,6 +15,7 @@ StereoOptions StereoPreset(const std::string& name) {
   options.sources = 10;
   options.geometric_iterations = 2;
   options.warm_geometric_pass = false;
+  options.window_corners = true;
   options.polarization_weight = 4.0;
   options.polarization_evidence = "dop";
   options.polarization_residual = "exponential";
@@ -67,6 +68,7 @@ OptionTable Table(StereoOptions& o) {
        10},
       {"window-step", &o.window_step, "distance of the window's samples: 2 is four times as fast as 1", "px",
        1, 4},
+      {"window-corners", &o.window_corners, "a square window; else its corners are left out"},
       {"sigma-color", &o.sigma_color,
        "how different a sample may look and still count (bilateral weight, grey in 0..1)", "", 0.01, 10},
       {"ncc-sigma", &o.ncc_sigma, "spread of 1 - NCC for a source that sees the point", "", 0.01, 10},

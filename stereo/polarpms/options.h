@@ -27,6 +27,7 @@ struct StereoOptions {
   int samples = 15;
   int window_radius = 5;
   int window_step = 2;
+  bool window_corners = false;
   double sigma_color = 0.2;
   double ncc_sigma = 0.6;
   double ncc_epsilon = 1e-5;
@@ -61,7 +62,7 @@ struct StereoOptions {
   double filter_min_triangulation_angle_deg = 3.0;
   int filter_min_consistent = 2;
   double filter_max_reprojection_px = 1.0;
-  double filter_min_support = 1.5;
+  double filter_min_support = 2.0;
   double cache_gb = 4.0;
 };
 

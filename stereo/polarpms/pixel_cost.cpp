@@ -8,7 +8,7 @@ namespace polarscan {
 PixelCost::PixelCost(const Problem& problem, const StereoOptions& options)
     : problem_(problem),
       options_(options),
-      window_(MakeWindow(options.window_radius, options.window_step)),
+      window_(MakeWindow(options.window_radius, options.window_step, options.window_corners)),
       reader_(window_, options.sigma_color),
       residual_(options),
       sources_(problem.sources.size()),
@@ -40,10 +40,7 @@ Eigen::Vector3f PixelCost::ClosedFormNormal(const PixelContext& pixel, const Hyp
     const Source& source = problem_.sources[chosen.source];
     const Seen seen = Look(pixel, chosen.source, start.depth);
     if (!seen.inside()) continue;
-    AopConstraint constraint = MakeAopConstraint(source.view->polar(seen.u, seen.v), seen.x, seen.y);
-    constraint.diffuse = source.rotation.transpose() * constraint.diffuse;
-    constraint.specular = source.rotation.transpose() * constraint.specular;
-    constraints[count++] = constraint;
+    constraints[count++] = MakeAopConstraint(source, source.view->polar(seen.u, seen.v), seen);
   }
   return NormalFromAop({constraints.data(), count}, labels, start.normal, pixel.ray);
 }

@@ -4,11 +4,11 @@
 #include <fmt/format.h>
 
 #include "core/files.h"
-#include "stereo/map_io.h"
 #include "stereo/polarpms/done_list.h"
 #include "stereo/polarpms/filter.h"
 #include "stereo/polarpms/hull.h"
 #include "stereo/polarpms/multilevel.h"
+#include "stereo/polarpms/stage_inputs.h"
 #include "stereo/polarpms/sweep.h"
 
 namespace polarscan {
@@ -40,9 +40,10 @@ class SequentialStage {
         scale_(GrayScale(workspace)),
         views_(
             CacheBytes() / 2, [this](int v) { return LoadStereoView(workspace_, v, scale_, options_); },
-            ViewBytes),
+            [](const StereoView& v) { return BytesOf(v); }),
         maps_(
-            CacheBytes() / 2, [this](int v) { return ReadMaps(v); }, MapBytes),
+            CacheBytes() / 2, [this](int v) { return ReadMaps(workspace_, v, kPhotometric); },
+            [](const DepthNormalMap& m) { return BytesOf(m); }),
         done_(workspace, input_hash) {}
 
   void RunPass(const std::string& kind, int first_sweep, int iterations) {
@@ -55,58 +56,22 @@ class SequentialStage {
     }
   }
 
-  void RemoveMaps(const std::string& kind) const {
-    for (int view = 0; view < int(workspace_.views.size()); ++view) {
-      fs::remove(workspace_.DepthPath(view, kind));
-      fs::remove(workspace_.NormalPath(view, kind));
-    }
+  void RemoveMaps(const std::string& kind) {
+    for (int view = 0; view < int(workspace_.views.size()); ++view) done_.Remove(view, kind);
   }
 
  private:
   std::size_t CacheBytes() const { return std::size_t(options_.cache_gb * 1e9); }
-  static std::size_t ViewBytes(const StereoView& v) {
-    return v.gray.size() * (8 + (v.polar.empty() ? 0 : 16) + 2);
-  }
-  static std::size_t MapBytes(const DepthNormalMap& m) { return m.depth.size() * 16; }
-
-  DepthNormalMap ReadMaps(int view) const {
-    return {ReadDepthMap(workspace_.DepthPath(view, kPhotometric)),
-            ReadNormalMap(workspace_.NormalPath(view, kPhotometric))};
-  }
-
-  Problem MakeProblem(int view, bool geometric, const StereoView& reference) {
-    const DenseView& dense = workspace_.views[std::size_t(view)];
-    if (dense.sources.empty())
-      throw Error("no other view looks at the same place", dense.name,
-                  "Add pictures between this view and the others");
-    Problem problem{&reference, {}, float(dense.depth_min), float(dense.depth_max), view};
-    for (int source : dense.sources) {
-      if (int(problem.sources.size()) >= options_.sources) break;
-      problem.sources.push_back(
-          MakeSource(reference, views_.Get(source), geometric ? maps_.Get(source) : nullptr));
-    }
-    return problem;
-  }
-
-  static Image<DepthInterval> WholeRange(const Problem& problem) { return VisualHull(problem, {}); }
-
-  Image<DepthInterval> Hull(int view, const Problem& problem) {
-    std::vector<Source> silhouettes;
-    for (int other = 0; options_.silhouettes && other < int(workspace_.views.size()); ++other) {
-      if (other == view) continue;
-      const auto seen = views_.Get(other);
-      if (!seen->silhouette.empty()) silhouettes.push_back(MakeSource(*problem.reference, seen, nullptr));
-    }
-    return VisualHull(problem, silhouettes);
-  }
 
   // Four sweeps an iteration: row-major, column-major, and both in reverse (section 3.1).
   void EstimateView(int view, const std::string& kind, int first_sweep, int iterations) {
     const bool geometric = kind == kGeometric;
     const auto reference = views_.Get(view);
-    const Problem problem = MakeProblem(view, geometric, *reference);
+    const Problem problem =
+        MakeProblem(workspace_, view, options_, *reference, views_, geometric ? &maps_ : nullptr);
     const bool warm = geometric && options_.warm_geometric_pass;
-    const Image<DepthInterval> hull = warm ? WholeRange(problem) : Hull(view, problem);
+    const Image<DepthInterval> hull = VisualHull(
+        problem, warm ? std::vector<Source>{} : Silhouettes(workspace_, view, options_, *reference, views_));
     MatchState state = InitialState(problem, options_, hull, geometric ? maps_.Get(view).get() : nullptr);
     constexpr int kDirections[4][2] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
     for (int i = 0; i < 4 * iterations; ++i) {
@@ -120,8 +85,7 @@ class SequentialStage {
     }
     const bool last = geometric || options_.geometric_iterations == 0;
     if (last && options_.filter) FilterEstimates(problem, options_, state.selection, state.map);
-    WriteDepthMap(workspace_.DepthPath(view, kind), state.map.depth);
-    WriteNormalMap(workspace_.NormalPath(view, kind), state.map.normal);
+    WriteMaps(workspace_, view, kind, state.map);
     done_.Add(view, kind);
   }
 

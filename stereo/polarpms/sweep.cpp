@@ -14,11 +14,6 @@ namespace polarscan {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
-Random PixelRandom(const Problem& problem, const StereoOptions& options, int x, int y, int sweep) {
-  const auto pixel = std::uint64_t(y) * std::uint64_t(problem.reference->gray.width()) + std::uint64_t(x);
-  return Random(std::uint64_t(options.seed), std::uint64_t(problem.view_index), pixel, std::uint64_t(sweep));
-}
-
 float RandomDepth(const DepthInterval& interval, Random& random) {
   return random.Uniform(interval.near_depth, interval.far_depth);
 }
@@ -112,7 +107,7 @@ class LineSweeper {
   }
 
   void Update(int x, int y, const float* backward, std::vector<float>& forward) const {
-    Random random = PixelRandom(problem_, options_, x, y, sweep_.index);
+    Random random = PixelRandom(problem_, options_.seed, x, y, sweep_.index);
     PixelContext pixel;
     Prepare(x, y, backward, forward, random, pixel);
     const std::size_t at = StateIndex(x, y);
@@ -191,7 +186,7 @@ MatchState InitialState(const Problem& problem, const StereoOptions& options,
   ParallelFor(0, height, [&](int y) {
     for (int x = 0; x < width; ++x) {
       if (!problem.Active(x, y)) continue;
-      Random random = PixelRandom(problem, options, x, y, -1);
+      Random random = PixelRandom(problem, options.seed, x, y, -1);
       const Eigen::Vector3f ray = problem.Ray(x, y);
       const bool known = start && start->depth(x, y) > 0;
       state.map.depth(x, y) = known ? start->depth(x, y) : RandomDepth(hull(x, y), random);

@@ -51,6 +51,30 @@ Image<PolarSample> MakePolarSamples(const StokesImage& stokes, const StereoOptio
   return samples;
 }
 
+// Variance of S0 over 5x5 pixels against its noise, or the weight of the AoP, whichever is more.
+Image<float> MakeEvidence(const StokesImage& stokes, const Image<PolarSample>& polar) {
+  constexpr int kReach = 2;
+  constexpr float kNoise = 2;  // texture of so many standard deviations counts half
+  const int width = stokes.s0.width(), height = stokes.s0.height();
+  Image<float> evidence(width, height);
+  ParallelFor(0, height, [&](int y) {
+    for (int x = 0; x < width; ++x) {
+      const float noise = stokes.noise(x, y);
+      if (!std::isfinite(noise)) continue;
+      float sum = 0, squares = 0, count = 0;
+      for (int v = std::max(0, y - kReach); v <= std::min(height - 1, y + kReach); ++v)
+        for (int u = std::max(0, x - kReach); u <= std::min(width - 1, x + kReach); ++u) {
+          const float away = stokes.s0(u, v) - stokes.s0(x, y);
+          sum += away, squares += away * away, ++count;
+        }
+      const float variance = std::max(0.0f, squares / count - sum * sum / (count * count));
+      const float texture = variance / (variance + kNoise * kNoise * noise * noise + 1e-12f);
+      evidence(x, y) = polar.empty() ? texture : std::max(texture, polar(x, y).weight);
+    }
+  });
+  return evidence;
+}
+
 Image<float> MakeGray(const Image<float>& s0, float scale) {
   Image<float> gray(s0.width(), s0.height());
   ParallelFor(0, s0.height(), [&](int y) {
@@ -120,6 +144,7 @@ StereoView LoadStereoView(const Workspace& workspace, int index, float gray_scal
   view.gray = MakeGray(stokes.s0, gray_scale);
   view.packed = Pack(view.gray);
   if (workspace.polarized && options.polarization) view.polar = MakePolarSamples(stokes, options);
+  view.evidence = MakeEvidence(stokes, view.polar);
   if (options.silhouettes && !view.mask.empty())
     view.silhouette = Dilate(view.mask, options.silhouette_margin_px);
   view.whole_silhouette = !view.silhouette.empty() && KeepsClearOfBorder(view.silhouette);

@@ -28,6 +28,7 @@ struct StereoView {
   Image<float> gray;
   PackedImage packed;
   Image<PolarSample> polar;        // empty if the set is not polarized
+  Image<float> evidence;           // 0 to 1: how far the pixel's surroundings say anything, by texture or AoP
   Image<std::uint8_t> mask;        // 255 = object; empty: everything
   Image<std::uint8_t> silhouette;  // the mask widened by the margin; empty: no mask
   bool whole_silhouette =

@@ -42,9 +42,10 @@ Eigen::Vector3f FitPlane(const Problem& problem, const Image<float>& depth, int 
 struct Evidence {
   std::array<AopConstraint, 65> constraints;
   std::size_t count = 0;
-  std::array<Eigen::Vector3f, 5> others;  // the depth map's normal and the neighbours'
-  std::array<float, 5> agreement{};
+  std::array<Eigen::Vector3f, 6> others;  // the depth map's normal, the other views' and the neighbours'
+  std::array<float, 6> agreement{};
   std::size_t other_count = 0;
+  Eigen::Vector3f consensus = Eigen::Vector3f::Zero();  // sum of the other views' normals
   Eigen::Matrix3f tangents = Eigen::Matrix3f::Zero();
   Eigen::Vector3f ray;
 };
@@ -83,13 +84,14 @@ class NormalSolver {
       const PolarSample& own = problem_.reference->polar(x, y);
       if (own.weight > 0)
         evidence.constraints[evidence.count++] = MakeAopConstraint(own, evidence.ray.x(), evidence.ray.y());
-      for (const Source& source : problem_.sources) AddSource(source, point, evidence);
     }
+    for (const Source& source : problem_.sources) AddSource(source, point, evidence);
     const auto add = [&](const Eigen::Vector3f& normal, float agreement) {
       evidence.others[evidence.other_count] = normal;
       evidence.agreement[evidence.other_count++] = agreement;
     };
     add(from_depth, options_.depth_normal);
+    if (evidence.consensus.dot(evidence.ray) < 0) add(evidence.consensus.normalized(), options_.consensus);
     for (const auto& [dx, dy] : kBeside) {
       if (!depth_.Contains(x + dx, y + dy) || depth_(x + dx, y + dy) <= 0) continue;
       const Eigen::Vector3f there = depth_(x + dx, y + dy) * problem_.Ray(x + dx, y + dy);
@@ -106,12 +108,12 @@ class NormalSolver {
     const Seen seen = LookAt(source, there);
     if (!seen.inside()) return;
     const float depth = source.map->depth(seen.u, seen.v);
+    if (depth <= 0 || std::abs(there.z() - depth) > 4 * options_.sigma * depth) return;
+    evidence.consensus += source.rotation.transpose() * source.map->normal(seen.u, seen.v);
+    if (source.view->polar.empty()) return;
     const PolarSample& sample = source.view->polar(seen.u, seen.v);
-    if (sample.weight <= 0 || depth <= 0 || std::abs(there.z() - depth) > 4 * options_.sigma * depth) return;
-    AopConstraint constraint = MakeAopConstraint(sample, seen.x, seen.y);
-    constraint.diffuse = source.rotation.transpose() * constraint.diffuse;
-    constraint.specular = source.rotation.transpose() * constraint.specular;
-    evidence.constraints[evidence.count++] = constraint;
+    if (sample.weight <= 0) return;
+    evidence.constraints[evidence.count++] = MakeAopConstraint(source, sample, seen);
   }
 
   // One step of re-weighted least squares: towards the smallest eigenvector, by inverse iteration.

@@ -10,6 +10,7 @@ struct NormalOptions {
   float residual = 0.15f;  // sine of the angle off an AoP constraint at which it counts half
   float agreement = 0.3f;  // of each neighbour's normal
   float depth_normal = 0.3f;  // of the normal of the depth map
+  float consensus = 0.3f;     // of the mean of the other views' normals
   float tangent = 0.05f;      // of the depth map's tangents in the least-squares step
 };
 
@@ -19,9 +20,9 @@ Image<Eigen::Vector3f> DepthNormals(const Problem& problem, const Image<float>& 
 
 // For each pixel with a depth the normal of least robust energy: every view that sees the point contributes
 // its AoP, as diffuse or specular reflection, whichever fits (AopConstraint); the four neighbours and the
-// depth map pull weakly. Candidates are the pixel's own normal, the depth map's and the neighbours', each
-// improved by two re-weighted least-squares steps: so a wrong 90-degree label is overruled by better
-// neighbours. Then one smoothing over similar neighbours.
+// depth map pull weakly. Candidates are the pixel's own normal, the depth map's, the mean of the other views'
+// and the neighbours', each improved by two re-weighted least-squares steps: so a wrong 90-degree label is
+// overruled by better neighbours. Then one smoothing over similar neighbours.
 Image<Eigen::Vector3f> SolveNormals(const Problem& problem, const Image<float>& depth,
                                     const Image<Eigen::Vector3f>& start, const NormalOptions& options);
 

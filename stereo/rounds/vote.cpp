@@ -15,6 +15,11 @@ struct Ballot {
   float depth = 0, weight = 0;
 };
 
+// A depth found where nothing can be seen counts little, so that chance does not become a surface.
+float Weight(const StereoView& view, int x, int y) {
+  return view.evidence.empty() ? 1 : std::max(0.05f, view.evidence(x, y));
+}
+
 // What one source says at a pixel: the nearest and the farthest piece of its surface there. Both, because a
 // wrong depth in front must not hide the right one behind it.
 struct Opinion {
@@ -40,7 +45,7 @@ Image<Opinion> DrawSurface(const Problem& problem, const Source& source) {
       const Eigen::Vector3f normal = back * source.map->normal(x, y);
       const float facing = normal.dot(point);
       if (point.z() <= 0 || facing > -0.05f * point.norm()) continue;
-      const float weight = -source.map->normal(x, y).dot(ray) / ray.norm();
+      const float weight = Weight(*source.view, x, y) * -source.map->normal(x, y).dot(ray) / ray.norm();
       const float u = fx * point.x() / point.z() + cx, v = fy * point.y() / point.z() + cy;
       const int left = int(std::floor(u - kReach + 0.5f)), right = int(std::floor(u + kReach - 0.5f)),
                 top = int(std::floor(v - kReach + 0.5f)), bottom = int(std::floor(v + kReach - 0.5f));
@@ -100,7 +105,9 @@ Vote VoteForDepth(const Problem& problem, const DepthNormalMap& own, const VoteO
       if (!problem.Active(x, y)) continue;
       ballots.clear();
       const Eigen::Vector3f ray = problem.Ray(x, y);
-      if (own.depth(x, y) > 0) ballots.push_back({own.depth(x, y), -own.normal(x, y).dot(ray) / ray.norm()});
+      if (own.depth(x, y) > 0)
+        ballots.push_back(
+            {own.depth(x, y), Weight(*problem.reference, x, y) * -own.normal(x, y).dot(ray) / ray.norm()});
       for (const Image<Opinion>& surface : surfaces) {
         const Opinion& opinion = surface(x, y);
         if (opinion.near_by.depth <= 0) continue;

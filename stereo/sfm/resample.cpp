@@ -29,7 +29,7 @@ Maps MakeMaps(const Lens& lens) {
   return maps;
 }
 
-cv::Mat View(const Image<float>& image) {
+cv::Mat AsMat(const Image<float>& image) {
   return cv::Mat(image.height(), image.width(), CV_32F, const_cast<float*>(image.row(0)));
 }
 
@@ -41,13 +41,13 @@ class Resampler {
   }
 
   Image<float> operator()(const Image<float>& image) const {
-    cv::Mat plane = View(image), straight;
+    cv::Mat plane = AsMat(image), straight;
     if (!maps_.x.empty()) {
       cv::remap(plane, straight, maps_.x, maps_.y, cv::INTER_LINEAR, cv::BORDER_CONSTANT, 0);
       plane = straight;
     }
     Image<float> result(way_.camera.width, way_.camera.height);
-    cv::Mat out = View(result);
+    cv::Mat out = AsMat(result);
     if (plane.size() == out.size()) {
       plane.copyTo(out);
     } else {

@@ -15,10 +15,6 @@ constexpr int kSharedPoints = 15;  // with one other view
 constexpr int kPartners = 6;       // other views with so many shared points
 constexpr int kGrid = 7;           // samples a side of the picture for the overlap
 
-double AngleDegrees(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / std::numbers::pi;
-}
-
 double AngleAt(const Eigen::Vector3d& point, const DenseView& a, const DenseView& b) {
   return AngleDegrees(point - a.cam_from_world.Center(), point - b.cam_from_world.Center());
 }

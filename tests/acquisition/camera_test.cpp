@@ -67,7 +67,7 @@ TEST_F(CameraTest, FramesOfOnePlaceDifferOnlyByTheSensorsNoise) {
 
 TEST_F(CameraTest, AReplayGivesTheSamePayloadsAndTheSameGaps) {
   const auto camera = SmallCamera("Mono12Packed");
-  camera->Set("loss", "0.3");
+  camera->Set("frame-loss", "0.3");
   Record(*camera, {.frames = 20});
   const Session recorded = Open();
   EXPECT_GT(recorded.info.counts.lost, 0u);
@@ -86,7 +86,7 @@ TEST_F(CameraTest, AReplayGivesTheSamePayloadsAndTheSameGaps) {
 
 TEST_F(CameraTest, FramesThatNeverCameAreCountedAndNothingElseIsMissing) {
   const auto camera = SmallCamera();
-  camera->Set("loss", "0.5");
+  camera->Set("frame-loss", "0.5");
   const FrameCounts counts = Record(*camera, {.frames = 40}).counts;
   EXPECT_EQ(counts.stored, 40u);
   EXPECT_GT(counts.lost, 10u);

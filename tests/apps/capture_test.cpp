@@ -56,7 +56,7 @@ TEST_F(CaptureProgram, AFewFramesAreRecordedAndTheResultIsJsonOnStdout) {
 
 TEST_F(CaptureProgram, LostFramesAreSaidAndTheExitCodeTellsToo) {
   const Outcome outcome =
-      RunPolarscan(CaptureWords(session(), {"--frames", "30", "--set", "fps=500", "--set", "loss=0.3"}));
+      RunPolarscan(CaptureWords(session(), {"--frames", "30", "--set", "fps=500", "--set", "frame-loss=0.3"}));
   EXPECT_EQ(outcome.exit_code, kDataLost) << outcome.err;
   EXPECT_NE(outcome.err.find("never came"), std::string::npos) << outcome.err;
 }

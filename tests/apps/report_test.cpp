@@ -294,9 +294,9 @@ TEST_F(Report3d, SaysInWordsWhatTheScanDoesNotHave) {
 }
 
 TEST_F(Report3d, TextFromTheScanCannotBecomeMarkup) {
-  nlohmann::json json = ReadJson(scan() / "scan.json");
-  json["warnings"] = {"</script><script>document.documentElement.dataset.broken='yes'</script>"};
-  WriteJson(scan() / "scan.json", json);
+  nlohmann::json record = ReadJson(scan() / "scan.json");
+  record["warnings"] = {"</script><script>document.documentElement.dataset.broken='yes'</script>"};
+  WriteJson(scan() / "scan.json", record);
   Report(scan());
   const Shown shown = Show(scan() / "report.html", "");
   EXPECT_NE(shown.dom.find("data-ready=\"yes\""), std::string::npos);

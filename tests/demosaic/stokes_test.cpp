@@ -15,12 +15,12 @@ namespace polarscan {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr double kPi = std::numbers::pi;
 
 TEST(Stokes, AngleOfPolarizationIsThePolarizerThatPassesMost) {
   for (int degrees = 0; degrees < 180; degrees += 5) {
-    const double turn = 2 * degrees * kPi / 180;
-    EXPECT_NEAR(AngleOfPolarization(float(std::cos(turn)), float(std::sin(turn))), degrees * kPi / 180, 1e-6);
+    const double turn = 2 * degrees * std::numbers::pi / 180;
+    EXPECT_NEAR(AngleOfPolarization(float(std::cos(turn)), float(std::sin(turn))),
+                degrees * std::numbers::pi / 180, 1e-6);
   }
 }
 
@@ -28,7 +28,7 @@ TEST(Stokes, AngleOfPolarizationStaysBelowPi) {
   for (const float s2 : {-1e-30f, -1e-9f, -1e-7f, -0.0f, 0.0f})
     for (const float s1 : {1.0f, -1.0f, 0.0f}) {
       EXPECT_GE(AngleOfPolarization(s1, s2), 0);
-      EXPECT_LT(AngleOfPolarization(s1, s2), kPi);
+      EXPECT_LT(AngleOfPolarization(s1, s2), std::numbers::pi);
     }
 }
 

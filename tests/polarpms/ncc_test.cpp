@@ -102,6 +102,13 @@ TEST(Ncc, VectorsAgreeWithTheScalarReferenceOnRandomWarps) {
   }
 }
 
+TEST(Window, WithoutItsCornersHasThirtyTwoSamples) {
+  const Window window = MakeWindow(5, 2, false);
+  EXPECT_EQ(window.taps, 32);
+  EXPECT_EQ(window.padded, 32);
+  for (int i = 0; i < window.taps; ++i) EXPECT_LT(std::hypot(window.dx[i], window.dy[i]), 6);
+}
+
 TEST(PlaneWarp, FollowsThePointsOfTheHypothesisPlane) {
   StereoView reference, other;
   reference.camera = {640, 480, 500, 510, 320, 240};

@@ -1,0 +1,380 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/gige/gige_server.h"
+
+#include <arpa/inet.h>
+#include <poll.h>
+#include <sys/socket.h>
+
+#include <atomic>
+#include <thread>
+
+#include "acquisition/gige/registers.h"
+#include "acquisition/gige/stream_sender.h"
+#include "core/error.h"
+#include "core/files.h"
+#include "demosaic/pixel_format.h"
+
+namespace polarscan {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Kind = GigeFeature::Kind;
+
+constexpr auto kPoll = std::chrono::milliseconds(20);
+constexpr std::uint32_t kInControl = 0x2, kExclusive = 0x1;
+constexpr std::size_t kSmallestPacket = 576, kLargestPacket = 65000, kLargestDatagram = 65536;
+
+std::vector<GigeFeature> FeaturesOf(const GigeSource& source) {
+  GigeFeature formats{"PixelFormat", Kind::kEnumeration, true};
+  for (const std::string& name : source.pixel_formats) {
+    const auto code = PixelFormatCode(name);
+    if (!code) throw Error("a GigE Vision camera cannot send this pixel format", name);
+    formats.entries.emplace_back(name, *code);
+  }
+  formats.value = formats.entries.at(0).second;
+  const double width = source.width, height = source.height;
+  GigeFeature mode{"AcquisitionMode", Kind::kEnumeration, true};
+  mode.entries = {{"Continuous", 0}};
+  return {
+      {"SensorWidth", Kind::kInteger, false, width},
+      {"SensorHeight", Kind::kInteger, false, height},
+      {"Width", Kind::kInteger, false, width, width, width},
+      {"Height", Kind::kInteger, false, height, height, height},
+      {"OffsetX", Kind::kInteger, false, 0, 0, 0},
+      {"OffsetY", Kind::kInteger, false, 0, 0, 0},
+      formats,
+      {"PayloadSize", Kind::kInteger, false, 0},
+      mode,
+      {"AcquisitionStart", Kind::kCommand},
+      {"AcquisitionStop", Kind::kCommand},
+      {"AcquisitionFrameRate", Kind::kFloat, true, source.frames_per_s, 0.01, 10000, "Hz"},
+      {"TLParamsLocked", Kind::kInteger, true, 0, 0, 1},
+      {"DeviceTemperature", Kind::kFloat, false, 40, -50, 150, "C"},
+      {"TimestampTickFrequency", Kind::kInteger, false, 1e9},
+  };
+}
+
+in_addr AddressOf(const std::string& text) {
+  in_addr address{};
+  if (::inet_pton(AF_INET, text.c_str(), &address) != 1) throw Error("this is no IPv4 address", text);
+  return address;
+}
+
+GigeIdentity IdentityOf(const Camera& source, const in_addr& address) {
+  const CameraInfo info = source.info();
+  GigeIdentity identity{info.vendor, info.model, POLARSCAN_VERSION, info.serial, {}};
+  const std::uint32_t host = ntohl(address.s_addr);
+  for (int i = 0; i < 4; ++i) identity.address[std::size_t(i)] = std::uint8_t(host >> (24 - 8 * i));
+  return identity;
+}
+
+// A socket that hears GVCP commands sent to this address, broadcast ones too.
+Descriptor ControlSocket(const in_addr& address, bool required) {
+  Descriptor socket(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  const int on = 1;
+  sockaddr_in name{};
+  name.sin_family = AF_INET;
+  name.sin_addr = address;
+  name.sin_port = htons(gvcp::kPort);
+  if (!required) ::setsockopt(socket.fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+  ::setsockopt(socket.fd, SOL_SOCKET, SO_BROADCAST, &on, sizeof on);
+  if (socket.fd >= 0 && ::bind(socket.fd, reinterpret_cast<const sockaddr*>(&name), sizeof name) == 0)
+    return socket;
+  if (required && errno == EADDRINUSE)
+    throw Error("a GigE Vision camera is there already", std::string(::inet_ntoa(address)),
+                "Take another address, on this machine say 127.0.0.2");
+  if (required) ThrowSystemError("cannot open the camera's control socket", ::inet_ntoa(address));
+  return Descriptor(-1);
+}
+
+bool SameHost(const sockaddr_in& a, const sockaddr_in& b) {
+  return a.sin_addr.s_addr == b.sin_addr.s_addr && a.sin_port == b.sin_port;
+}
+
+}  // namespace
+
+class GigeServer::Implementation {
+ public:
+  Implementation(GigeSource source, const std::string& address, const GigeServerOptions& options)
+      : source_(std::move(source)),
+        options_(options),
+        registers_(IdentityOf(source_.camera, AddressOf(address)), FeaturesOf(source_)),
+        control_(ControlSocket(AddressOf(address), true)),
+        broadcast_(ControlSocket({INADDR_BROADCAST}, false)),
+        sender_(AddressOf(address), options) {
+    UpdatePayloadSize();
+  }
+
+  void Run(Progress& progress) {
+    source_.camera.Start(progress);
+    std::thread stream([&] {
+      try {
+        Stream(progress);
+      } catch (...) {
+        failure_ = std::current_exception();
+        failed_ = true;
+      }
+    });
+    while (!progress.cancelled() && !failed_) Serve();
+    stop_ = true;
+    stream.join();
+    source_.camera.Stop();
+    if (failure_) std::rethrow_exception(failure_);
+  }
+
+  GigeCounts counts() const { return sender_.counts(); }
+
+ private:
+  // Control.
+  void Serve() {
+    pollfd sockets[] = {{control_.fd, POLLIN, 0}, {broadcast_.fd, POLLIN, 0}};
+    if (::poll(sockets, 2, int(kPoll.count())) > 0)
+      for (const pollfd& socket : sockets)
+        if (socket.revents & POLLIN) Receive(socket.fd);
+    const std::lock_guard lock(mutex_);
+    const auto silence = Clock::now() - heard_;
+    if (in_control_ && silence > std::chrono::milliseconds(registers_.Word(GigeRegisters::kHeartbeatTimeout)))
+      Forget();
+  }
+
+  void Receive(int socket) {
+    Bytes datagram(kLargestDatagram);
+    sockaddr_in from{};
+    socklen_t size = sizeof from;
+    const ssize_t n =
+        ::recvfrom(socket, datagram.data(), datagram.size(), 0, reinterpret_cast<sockaddr*>(&from), &size);
+    if (n <= 0 || Clock::now() < silent_until_.load()) return;
+    const auto command = gvcp::Parse(ByteView(datagram).first(std::size_t(n)));
+    if (!command) return;
+    if (command->command == gvcp::kResend) {
+      if (const auto request = gvcp::ParseResend(command->payload)) sender_.Resend(*request);
+      return;
+    }
+    const Bytes answer = Answer(*command, from);
+    if (command->wants_answer)
+      ::sendto(control_.fd, answer.data(), answer.size(), 0, reinterpret_cast<const sockaddr*>(&from), size);
+  }
+
+  Bytes Answer(const gvcp::Command& command, const sockaddr_in& from) {
+    const std::lock_guard lock(mutex_);
+    if (in_control_ && SameHost(from, controller_)) heard_ = Clock::now();
+    switch (command.command) {
+      case gvcp::kDiscovery:
+        return gvcp::Acknowledge(command, *registers_.Read(0, GigeRegisters::kDiscoveryBytes));
+      case gvcp::kReadRegister:
+        return ReadRegisters(command);
+      case gvcp::kWriteRegister:
+        return WriteRegisters(command, from);
+      case gvcp::kReadMemory:
+        return ReadMemory(command);
+      case gvcp::kWriteMemory:
+        return WriteMemory(command, from);
+      default:
+        return gvcp::Refuse(command, gvcp::kNotImplemented);
+    }
+  }
+
+  Bytes ReadRegisters(const gvcp::Command& command) const {
+    Bytes values;
+    for (std::size_t at = 0; at + 4 <= command.payload.size(); at += 4) {
+      const auto word = registers_.Read(GetBig<std::uint32_t>(command.payload, at), 4);
+      if (!word) return gvcp::Refuse(command, gvcp::kInvalidAddress);
+      values.insert(values.end(), word->begin(), word->end());
+    }
+    return gvcp::Acknowledge(command, values);
+  }
+
+  Bytes WriteRegisters(const gvcp::Command& command, const sockaddr_in& from) {
+    std::uint16_t done = 0;
+    for (std::size_t at = 0; at + 8 <= command.payload.size(); at += 8, ++done)
+      if (const auto status =
+              Write(GetBig<std::uint32_t>(command.payload, at), command.payload.subspan(at + 4, 4), from))
+        return gvcp::Refuse(command, status);
+    Bytes answer(2);
+    PutBig<std::uint16_t>(answer, done);
+    return gvcp::Acknowledge(command, answer);
+  }
+
+  Bytes ReadMemory(const gvcp::Command& command) const {
+    if (command.payload.size() < 8) return gvcp::Refuse(command, gvcp::kInvalidHeader);
+    const auto bytes =
+        registers_.Read(GetBig<std::uint32_t>(command.payload, 0), GetBig<std::uint16_t>(command.payload, 6));
+    if (!bytes) return gvcp::Refuse(command, gvcp::kInvalidAddress);
+    Bytes answer(command.payload.begin(), command.payload.begin() + 4);
+    answer.insert(answer.end(), bytes->begin(), bytes->end());
+    return gvcp::Acknowledge(command, answer);
+  }
+
+  Bytes WriteMemory(const gvcp::Command& command, const sockaddr_in& from) {
+    if (command.payload.size() < 4) return gvcp::Refuse(command, gvcp::kInvalidHeader);
+    const ByteView bytes = command.payload.subspan(4);
+    if (const auto status = Write(GetBig<std::uint32_t>(command.payload, 0), bytes, from))
+      return gvcp::Refuse(command, status);
+    Bytes answer(2);
+    PutBig<std::uint16_t>(answer, bytes.size());
+    return gvcp::Acknowledge(command, answer);
+  }
+
+  // Writes and does what the write asks for. A GVCP status, 0 if all is well.
+  std::uint16_t Write(std::uint32_t address, ByteView bytes, const sockaddr_in& from) {
+    if (in_control_ && !SameHost(from, controller_)) return gvcp::kAccessDenied;
+    if (!in_control_ && address != GigeRegisters::kControl) return gvcp::kAccessDenied;
+    const bool stream_settings = address == GigeRegisters::kPacketSize && bytes.size() == 4;
+    if (stream_settings && !PacketSizeAllowed(GetBig<std::uint32_t>(bytes, 0)))
+      return gvcp::kInvalidParameter;
+    if (const auto status = registers_.Write(address, bytes)) return status;
+    if (address == GigeRegisters::kControl) TakeControl(from);
+    if (stream_settings) TestPacket();
+    if (const GigeFeature* feature = registers_.At(address)) Obey(feature->name);
+    return 0;
+  }
+
+  static bool PacketSizeAllowed(std::uint32_t word) {
+    const std::uint32_t size = word & GigeRegisters::kPacketSizeBits;
+    return size >= kSmallestPacket && size <= kLargestPacket;
+  }
+
+  void TakeControl(const sockaddr_in& from) {
+    in_control_ = (registers_.Word(GigeRegisters::kControl) & (kInControl | kExclusive)) != 0;
+    if (!in_control_) return Forget();
+    controller_ = from;
+    heard_ = Clock::now();
+  }
+
+  void Forget() {
+    in_control_ = acquiring_ = false;
+    registers_.SetWord(GigeRegisters::kControl, 0);
+  }
+
+  void TestPacket() {
+    const std::uint32_t word = registers_.Word(GigeRegisters::kPacketSize);
+    if (!(word & GigeRegisters::kFireTest)) return;
+    registers_.SetWord(GigeRegisters::kPacketSize, word & ~GigeRegisters::kFireTest);
+    sender_.SendTest(StreamReceiver(), word & GigeRegisters::kPacketSizeBits);
+  }
+
+  void Obey(const std::string& feature) {
+    if (feature == "AcquisitionStart") acquiring_ = true;
+    if (feature == "AcquisitionStop") acquiring_ = false;
+    if (feature == "PixelFormat") UpdatePayloadSize();
+  }
+
+  void UpdatePayloadSize() {
+    const PixelFormat format = ParsePixelFormat(registers_.Entry("PixelFormat"));
+    registers_.SetInteger("PayloadSize", std::uint32_t(PayloadBytes(format, int(registers_.Integer("Width")),
+                                                                    int(registers_.Integer("Height")))));
+  }
+
+  sockaddr_in StreamReceiver() const {
+    sockaddr_in receiver{};
+    receiver.sin_family = AF_INET;
+    receiver.sin_addr.s_addr = htonl(registers_.Word(GigeRegisters::kStreamAddress));
+    receiver.sin_port = htons(std::uint16_t(registers_.Word(GigeRegisters::kStreamPort)));
+    return receiver;
+  }
+
+  // Stream.
+  void Stream(Progress& progress) {
+    Frame frame;
+    while (!stop_) {
+      if (!acquiring_) {
+        std::this_thread::sleep_for(kPoll);
+        continue;
+      }
+      Configure(progress);
+      while (!stop_ && acquiring_) {
+        const Delivery delivery = source_.camera.Next(frame, kPoll);
+        if (delivery == Delivery::kEnded) acquiring_ = false;
+        if (delivery == Delivery::kFrame) SendFrame(frame);
+      }
+    }
+  }
+
+  void Configure(Progress& progress) {
+    std::string format;
+    {
+      const std::lock_guard lock(mutex_);
+      format = registers_.Entry("PixelFormat");
+      period_ = std::chrono::duration<double>(1 / registers_.Float("AcquisitionFrameRate"));
+    }
+    source_.configure(format, 1 / period_.count());
+    source_.camera.Start(progress);
+    block_ = 0;
+  }
+
+  void SendFrame(const Frame& frame) {
+    OutgoingFrame out;
+    std::chrono::nanoseconds delay;
+    {
+      const std::lock_guard lock(mutex_);
+      out.receiver = StreamReceiver();
+      out.packet_size = registers_.Word(GigeRegisters::kPacketSize) & GigeRegisters::kPacketSizeBits;
+      delay = std::chrono::nanoseconds(registers_.Word(GigeRegisters::kPacketDelay));
+      out.image.pixel_format = registers_.Integer("PixelFormat");
+    }
+    block_ = block_ == 0xffff ? std::uint16_t(1) : std::uint16_t(block_ + 1);
+    ++sent_;
+    const bool half =
+        options_.faults.format_change_at > 0 && sent_ >= std::uint64_t(options_.faults.format_change_at);
+    out.image.block = block_;
+    out.image.timestamp = std::uint64_t(frame.info.camera_time_ns);
+    out.image.width = std::uint32_t(frame.info.width);
+    out.image.height = std::uint32_t(half ? frame.info.height / 2 : frame.info.height);
+    out.image.bytes = half ? frame.payload.size() / 2 : frame.payload.size();
+    out.payload = std::make_shared<const Bytes>(frame.payload);
+    const auto by_packets = delay * gvsp::DataPackets(out.image.bytes, out.packet_size);
+    const auto by_pace = std::chrono::duration_cast<std::chrono::nanoseconds>(period_ * options_.pace);
+    sender_.Send(out, std::max(by_pace, by_packets));
+    DoFaults();
+  }
+
+  void DoFaults() {
+    const bool freeze = sent_ == std::uint64_t(options_.faults.freeze_at);
+    const bool disconnect = sent_ == std::uint64_t(options_.faults.disconnect_at);
+    if (!freeze && !disconnect) return;
+    const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                        std::chrono::duration<double>(options_.faults.fault_s));
+    silent_until_ = end;
+    while (!stop_ && Clock::now() < end) std::this_thread::sleep_for(kPoll);
+    const std::lock_guard lock(mutex_);
+    if (disconnect) Forget();
+  }
+
+  GigeSource source_;
+  const GigeServerOptions options_;
+  std::mutex mutex_;  // of registers, controller, heard
+  GigeRegisters registers_;
+  sockaddr_in controller_{};
+  Clock::time_point heard_;
+  std::atomic<bool> in_control_ = false, acquiring_ = false, stop_ = false, failed_ = false;
+  std::atomic<Clock::time_point> silent_until_{};
+  Descriptor control_, broadcast_;
+  StreamSender sender_;
+  std::exception_ptr failure_;
+  std::chrono::duration<double> period_{1};  // stream's thread only, as the next line
+  std::uint16_t block_ = 0;
+  std::uint64_t sent_ = 0;
+};
+
+OptionTable Table(GigeServerOptions& o) {
+  return {
+      {"pace", &o.pace, "a frame is sent in this share of the time between two frames", "", 0, 1},
+      {"packet-loss", &o.faults.loss, "share of the packets that get lost", "", 0, 1},
+      {"packet-duplicates", &o.faults.duplicates, "share of the packets that come twice", "", 0, 1},
+      {"freeze-at", &o.faults.freeze_at, "after this frame the camera is dead for --fault-time", "frame", 0,
+       2e9},
+      {"disconnect-at", &o.faults.disconnect_at, "the same, and then it has forgotten everything", "frame", 0,
+       2e9},
+      {"format-change-at", &o.faults.format_change_at, "frames are half as high from this one on", "frame", 0,
+       2e9},
+      {"fault-time", &o.faults.fault_s, "of freeze and disconnect", "s", 0, 1e6},
+  };
+}
+
+GigeServer::GigeServer(GigeSource source, const std::string& address, const GigeServerOptions& options)
+    : implementation_(std::make_unique<Implementation>(std::move(source), address, options)) {}
+GigeServer::~GigeServer() = default;
+void GigeServer::Run(Progress& progress) { implementation_->Run(progress); }
+GigeCounts GigeServer::counts() const { return implementation_->counts(); }
+
+}  // namespace polarscan

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <functional>
+#include <memory>
+
+#include "acquisition/camera/camera.h"
+#include "core/options.h"
+
+namespace polarscan {
+
+// Whose frames are sent, and what a client may choose.
+struct GigeSource {
+  Camera& camera;
+  int width = 0, height = 0;               // px
+  std::vector<std::string> pixel_formats;  // the one at the beginning is first
+  double frames_per_s = 0;
+  // Called before Camera::Start with what the client has chosen.
+  std::function<void(const std::string& pixel_format, double frames_per_s)> configure;
+};
+
+// What goes wrong, on purpose. Frames are counted from 1 through the server's life; 0: never.
+struct GigeFaults {
+  double loss = 0, duplicates = 0;  // shares of the stream's packets; a packet sent again may be lost again
+  int freeze_at = 0;                // nothing is sent or answered for fault_s
+  int disconnect_at = 0;            // the same, and the camera has forgotten everything after it
+  int format_change_at = 0;         // frames are half as high from this one on
+  double fault_s = 3;
+};
+
+struct GigeServerOptions {
+  double pace = 0.7;  // a frame is sent in this share of the time between two
+  std::uint64_t seed = 0;
+  GigeFaults faults;
+};
+OptionTable Table(GigeServerOptions& options);
+
+struct GigeCounts {
+  std::uint64_t frames = 0, packets = 0, lost = 0, resent = 0, unavailable = 0;
+};
+
+// A GigE Vision camera on this machine that sends the frames of another Camera: GVCP on port 3956 of an
+// address, GVSP to whoever is in control (GigE Vision 2.0). Frame numbers have 16 bits, as on most cameras.
+// Packet resend, test packets, heartbeat, inter-packet delay.
+class GigeServer {
+ public:
+  // address: IPv4, e.g. "127.0.0.1". Throws Error if it cannot be bound (another camera is there already).
+  GigeServer(GigeSource source, const std::string& address, const GigeServerOptions& options);
+  ~GigeServer();
+  // Serves until progress is cancelled. Throws what the source throws.
+  void Run(Progress& progress);
+  GigeCounts counts() const;
+
+ private:
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace polarscan

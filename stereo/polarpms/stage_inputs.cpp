@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/polarpms/stage_inputs.h"
+
+#include "core/error.h"
+#include "stereo/map_io.h"
+
+namespace polarscan {
+
+std::size_t BytesOf(const StereoView& view) {
+  return view.gray.size() * (sizeof(float) + sizeof(std::uint32_t) + 2) +
+         view.evidence.size() * sizeof(float) + view.polar.size() * sizeof(PolarSample);
+}
+
+std::size_t BytesOf(const DepthNormalMap& map) {
+  return map.depth.size() * (sizeof(float) + sizeof(Eigen::Vector3f));
+}
+
+DepthNormalMap ReadMaps(const Workspace& workspace, int view, const std::string& kind) {
+  return {ReadDepthMap(workspace.DepthPath(view, kind)), ReadNormalMap(workspace.NormalPath(view, kind))};
+}
+
+void WriteMaps(const Workspace& workspace, int view, const std::string& kind, const DepthNormalMap& map) {
+  WriteDepthMap(workspace.DepthPath(view, kind), map.depth);
+  WriteNormalMap(workspace.NormalPath(view, kind), map.normal);
+}
+
+Problem MakeProblem(const Workspace& workspace, int view, const StereoOptions& options,
+                    const StereoView& reference, Cache<StereoView>& views, Cache<DepthNormalMap>* maps) {
+  const DenseView& dense = workspace.views[std::size_t(view)];
+  if (dense.sources.empty())
+    throw Error("no other view looks at the same place", dense.name,
+                "Add pictures between this view and the others");
+  Problem problem{&reference, {}, float(dense.depth_min), float(dense.depth_max), view};
+  for (int source : dense.sources) {
+    if (int(problem.sources.size()) >= options.sources) break;
+    problem.sources.push_back(MakeSource(reference, views.Get(source), maps ? maps->Get(source) : nullptr));
+  }
+  return problem;
+}
+
+std::vector<Source> Silhouettes(const Workspace& workspace, int view, const StereoOptions& options,
+                                const StereoView& reference, Cache<StereoView>& views) {
+  std::vector<Source> silhouettes;
+  for (int other = 0; options.silhouettes && other < int(workspace.views.size()); ++other) {
+    if (other == view) continue;
+    const auto seen = views.Get(other);
+    if (!seen->silhouette.empty()) silhouettes.push_back(MakeSource(reference, seen, nullptr));
+  }
+  return silhouettes;
+}
+
+}  // namespace polarscan

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stereo/polarpms/options.h"
+#include "stereo/polarpms/problem.h"
+
+namespace polarscan {
+
+// What every schedule's stage needs of the workspace: its maps, and the caches' values made into problems.
+
+std::size_t BytesOf(const StereoView& view);
+std::size_t BytesOf(const DepthNormalMap& map);
+
+// The maps of that kind, as they are on disk. Throw Error on a missing or damaged file.
+DepthNormalMap ReadMaps(const Workspace& workspace, int view, const std::string& kind);
+void WriteMaps(const Workspace& workspace, int view, const std::string& kind, const DepthNormalMap& map);
+
+// The view with its best sources; `maps`: null for a problem without geometric terms. reference: the view's.
+// Throws Error if no other view looks at the same place.
+Problem MakeProblem(const Workspace& workspace, int view, const StereoOptions& options,
+                    const StereoView& reference, Cache<StereoView>& views, Cache<DepthNormalMap>* maps);
+
+// Every other view that has a silhouette; none if silhouettes are switched off.
+std::vector<Source> Silhouettes(const Workspace& workspace, int view, const StereoOptions& options,
+                                const StereoView& reference, Cache<StereoView>& views);
+
+}  // namespace polarscan

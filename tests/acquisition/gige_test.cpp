@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+// Our GigE Vision camera over real UDP on the loopback interface, with Aravis as the client: the frames that
+// arrive are those that were sent, whatever happens on the way, or are counted.
+#include "acquisition/gige/gige_server.h"
+
+#include <fmt/format.h>
+
+#include <thread>
+
+#include "acquisition/camera/aravis_camera.h"
+#include "acquisition/camera/simulated_camera.h"
+#include "acquisition/capture.h"
+#include "acquisition/gige/packets.h"
+#include "session_helpers.h"
+
+namespace polarscan::test {
+namespace {
+
+SimulatedCameraOptions SmallScene(const std::string& format, double fps) {
+  SimulatedCameraOptions options;
+  options.simulator.width = 256, options.simulator.height = 192;
+  options.simulator.rings = "33:3";
+  options.simulator.samples = 1;
+  options.pixel_format = format;
+  options.fps = fps;
+  return options;
+}
+
+// A camera at an address of its own, so that tests may run side by side.
+class ServedCamera {
+ public:
+  ServedCamera(const SimulatedCameraOptions& options, const GigeServerOptions& gige)
+      : camera_(OpenSimulatedCamera(options)),
+        server_({*camera_,
+                 options.simulator.width,
+                 options.simulator.height,
+                 {options.pixel_format},
+                 options.fps,
+                 [this](const std::string& format, double fps) {
+                   camera_->Set("pixel-format", format);
+                   camera_->Set("fps", fmt::format("{}", fps));
+                 }},
+                Address(), gige),
+        thread_([this] { server_.Run(stop_); }) {}
+  ~ServedCamera() {
+    stop_.Cancel();
+    thread_.join();
+  }
+  static std::string Address() {
+    return fmt::format("127.{}.{}.{}", 1 + getpid() / 65536 % 200, getpid() / 256 % 256, getpid() % 254 + 1);
+  }
+  GigeCounts counts() const { return server_.counts(); }
+
+ private:
+  std::unique_ptr<Camera> camera_;
+  Progress stop_;
+  GigeServer server_;
+  std::thread thread_;
+};
+
+class GigeTest : public SessionFolder {
+ protected:
+  // Records `frames` frames and holds every stored one against what the camera sent under its number.
+  FrameCounts RecordAndCompare(const SimulatedCameraOptions& options, const GigeServerOptions& gige,
+                               int frames) {
+    const ServedCamera served(options, gige);
+    const std::unique_ptr<Camera> client = OpenAravisCamera(ServedCamera::Address());
+    FrameCounts counts =
+        Capture(*client, session(), {}, {.frames = frames, .seconds = 60}, {}, silent_).counts;
+    const Session recorded = OpenSession(session(), Verify::kPayloads);
+    EXPECT_TRUE(recorded.damage.empty());
+    EXPECT_EQ(recorded.frames.size(), counts.stored);
+    const std::vector<Bytes> sent = Sent(options, 3 * frames);
+    for (std::size_t i = 0; i < recorded.frames.size(); ++i) {
+      const Frame frame = ReadFrame(recorded, i);
+      EXPECT_EQ(frame.payload, sent.at(frame.info.sequence)) << frame.info.sequence;
+    }
+    resent_ = served.counts().resent;
+    return counts;
+  }
+
+  static std::vector<Bytes> Sent(SimulatedCameraOptions options, int frames) {
+    options.fps = 10000;
+    const std::unique_ptr<Camera> camera = OpenSimulatedCamera(options);
+    Progress silent;
+    camera->Start(silent);
+    std::vector<Bytes> payloads;
+    Frame frame;
+    while (int(payloads.size()) < frames)
+      if (camera->Next(frame, std::chrono::seconds(1)) == Delivery::kFrame) payloads.push_back(frame.payload);
+    return payloads;
+  }
+
+  Progress silent_;
+  std::uint64_t resent_ = 0;
+};
+
+TEST(GigePackets, AReadCommandIsParsedAndAnsweredByteForByte) {
+  const Bytes datagram = {0x42, 0x01, 0x00, 0x80, 0x00, 0x04, 0x12, 0x34, 0x00, 0x00, 0x0A, 0x00};
+  const auto command = gvcp::Parse(datagram);
+  ASSERT_TRUE(command);
+  EXPECT_EQ(command->command, gvcp::kReadRegister);
+  EXPECT_TRUE(command->wants_answer);
+  EXPECT_EQ(GetBig<std::uint32_t>(command->payload, 0), 0x0A00u);
+  EXPECT_EQ(gvcp::Acknowledge(*command, Bytes{0, 0, 0, 2}),
+            (Bytes{0, 0, 0x00, 0x81, 0x00, 0x04, 0x12, 0x34, 0, 0, 0, 2}));
+  EXPECT_EQ(gvcp::Refuse(*command, gvcp::kAccessDenied),
+            (Bytes{0x80, 0x06, 0x00, 0x81, 0x00, 0x00, 0x12, 0x34}));
+}
+
+TEST(GigePackets, WhatIsCutOffOrNotGvcpIsNoCommand) {
+  const Bytes whole = {0x42, 0x01, 0x00, 0x80, 0x00, 0x04, 0x12, 0x34, 0x00, 0x00, 0x0A, 0x00};
+  for (std::size_t size = 0; size < whole.size(); ++size)
+    EXPECT_FALSE(gvcp::Parse(ByteView(whole).first(size)));
+  Bytes other = whole;
+  other[0] = 0x43;
+  EXPECT_FALSE(gvcp::Parse(other));
+}
+
+TEST(GigePackets, ALeaderHoldsFormatAndSize) {
+  const Bytes leader = gvsp::Leader({7, 0x0102030405060708, 0x01080001, 2448, 2048, 0, 0, 2448 * 2048});
+  EXPECT_EQ(leader, (Bytes{0, 0, 0, 7, 1,    0,    0, 0, 0,    0, 0, 1, 1, 2, 3, 4, 5, 6, 7, 8, 0x01, 0x08,
+                           0, 1, 0, 0, 0x09, 0x90, 0, 0, 0x08, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,    0}));
+  EXPECT_EQ(gvsp::DataPackets(1000, 536), 2u);
+  EXPECT_EQ(gvsp::DataPackets(1001, 536), 3u);
+}
+
+TEST(FrameNumbersTest, SixteenBitNumbersGoOnOverTheWrapWhichLeavesZeroOut) {
+  FrameNumbers numbers(true);
+  EXPECT_EQ(numbers.Unwrap(65533), 0u);
+  EXPECT_EQ(numbers.Unwrap(65534), 1u);
+  EXPECT_EQ(numbers.Unwrap(65535), 2u);
+  EXPECT_EQ(numbers.Unwrap(1), 3u);
+  EXPECT_EQ(numbers.Unwrap(3), 5u);  // 2 is lost
+  EXPECT_EQ(numbers.Unwrap(2), 4u);  // no, late
+  EXPECT_EQ(numbers.Unwrap(4), 6u);
+}
+
+TEST(FrameNumbersTest, LongNumbersAreTakenAsTheyAre) {
+  FrameNumbers gige(true), usb(false);
+  EXPECT_EQ(gige.Unwrap(65535), 0u);
+  EXPECT_EQ(gige.Unwrap(65536), 1u);
+  EXPECT_EQ(gige.Unwrap(65540), 5u);
+  EXPECT_EQ(usb.Unwrap(0), 0u);
+  EXPECT_EQ(usb.Unwrap(70000), 70000u);
+}
+
+TEST_F(GigeTest, FramesArriveByteForByte) {
+  for (const char* format : {"Mono8", "Mono12p", "Mono12Packed", "Mono16"}) {
+    const FrameCounts counts = RecordAndCompare(SmallScene(format, 50), {}, 20);
+    EXPECT_EQ(counts.stored, 20u) << format;
+    EXPECT_EQ(counts.lost, 0u) << format << ": " << Describe(counts);
+    std::filesystem::remove_all(session());
+  }
+}
+
+TEST_F(GigeTest, LostPacketsAreSentAgain) {
+  GigeServerOptions gige;
+  gige.faults.loss = 0.01;
+  const FrameCounts counts = RecordAndCompare(SmallScene("Mono12p", 20), gige, 60);
+  EXPECT_EQ(counts.stored, 60u);
+  EXPECT_EQ(counts.lost, 0u) << Describe(counts);
+  EXPECT_GT(resent_, 5u);
+}
+
+TEST_F(GigeTest, PacketsThatComeTwiceDoNoHarm) {
+  GigeServerOptions gige;
+  gige.faults.duplicates = 0.2;
+  EXPECT_EQ(RecordAndCompare(SmallScene("Mono8", 50), gige, 20).stored, 20u);
+}
+
+TEST_F(GigeTest, AFormatChangeInTheStreamIsCountedNotStored) {
+  GigeServerOptions gige;
+  gige.faults.format_change_at = 11;
+  const SimulatedCameraOptions options = SmallScene("Mono8", 50);
+  const ServedCamera served(options, gige);
+  const std::unique_ptr<Camera> client = OpenAravisCamera(ServedCamera::Address());
+  const FrameCounts counts = Capture(*client, session(), {}, {.seconds = 1}, {}, silent_).counts;
+  EXPECT_EQ(counts.stored, 10u) << Describe(counts);
+  EXPECT_GT(counts.lost, 10u);
+  EXPECT_GT(counts.reasons.at("lost: the picture's format or size changed"), 10u);
+}
+
+TEST_F(GigeTest, ACameraThatComesBackIsRecordedInANewSegment) {
+  GigeServerOptions gige;
+  gige.faults.disconnect_at = 10;
+  gige.faults.fault_s = 8;  // Aravis gives up after six
+  const SimulatedCameraOptions options = SmallScene("Mono8", 50);
+  const ServedCamera served(options, gige);
+  const std::unique_ptr<Camera> client = OpenAravisCamera(ServedCamera::Address());
+  const FrameCounts counts =
+      Capture(*client, session(), {}, {.frames = 30, .seconds = 60}, {}, silent_).counts;
+  EXPECT_EQ(counts.stored, 30u) << Describe(counts);
+  EXPECT_EQ(counts.restarts, 1u);
+  const Session recorded = OpenSession(session(), Verify::kPayloads);
+  EXPECT_EQ(recorded.segments, 2u);
+  EXPECT_EQ(recorded.frames.front().segment, 0u);
+  EXPECT_EQ(recorded.frames.back().segment, 1u);
+}
+
+TEST_F(GigeTest, ASecondClientIsTurnedAway) {
+  const ServedCamera served(SmallScene("Mono8", 10), {});
+  const std::unique_ptr<Camera> first = OpenAravisCamera(ServedCamera::Address());
+  EXPECT_THROW(OpenAravisCamera(ServedCamera::Address()), Error);
+}
+
+}  // namespace
+}  // namespace polarscan::test
