@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <cctype>
+
 #include "core/error.h"
 
 namespace polarscan {
@@ -11,8 +13,19 @@ namespace {
 struct Family {
   const char *prefix, *bayer;
 };
-constexpr Family kFamilies[] = {{"Mono", ""},        {"PolarizeMono", ""}, {"BayerRG", "rggb"},
-                                {"BayerGR", "grbg"}, {"BayerGB", "gbrg"},  {"BayerBG", "bggr"}};
+constexpr Family kFamilies[] = {
+    {"Mono", ""}, {"BayerRG", "rggb"}, {"BayerGR", "grbg"}, {"BayerGB", "gbrg"}, {"BayerBG", "bggr"}};
+
+// LUCID: PolarizeMono12p; FLIR: Polarized8, BayerRGPolarized12p; The Imaging Source: PolarizedMono12Packed,
+// PolarizedBayerBG8.
+std::string WithoutPolarized(std::string name) {
+  for (const std::string word : {"Polarized", "Polarize"})
+    if (const std::size_t at = name.find(word); at != std::string::npos) {
+      name.erase(at, word.size());
+      return name.empty() || std::isdigit(static_cast<unsigned char>(name[0])) ? "Mono" + name : name;
+    }
+  return name;
+}
 
 struct Depth {
   const char* suffix;
@@ -95,9 +108,10 @@ void PackSample(const PixelFormat& format, std::size_t at, unsigned value, std::
 }  // namespace
 
 std::optional<PixelFormat> FindPixelFormat(const std::string& name) {
+  const std::string plain = WithoutPolarized(name);
   for (const Family& family : kFamilies)
     for (const Depth& depth : kDepths)
-      if (name == std::string(family.prefix) + depth.suffix)
+      if (plain == std::string(family.prefix) + depth.suffix)
         return PixelFormat{name, depth.bits, depth.packing, family.bayer};
   return std::nullopt;
 }

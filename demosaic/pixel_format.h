@@ -27,8 +27,9 @@ struct PixelFormat {
   std::string bayer;  // "rggb", "grbg", "gbrg", "bggr" for BayerRG, GR, GB, BG; empty for mono
 };
 
-// Nothing if the name is none of (Mono | PolarizeMono | BayerRG | BayerGR | BayerGB | BayerBG) followed by
-// one of 8, 10, 12, 14, 16, 10p, 12p, 12Packed.
+// Nothing if the name is none of (Mono | BayerRG | BayerGR | BayerGB | BayerBG) followed by one of 8, 10, 12,
+// 14, 16, 10p, 12p, 12Packed, with or without the vendors' Polarize, Polarized in it (Polarized alone is
+// mono).
 std::optional<PixelFormat> FindPixelFormat(const std::string& name);
 // The same. Throws Error naming the formats there are.
 PixelFormat ParsePixelFormat(const std::string& name);

@@ -14,6 +14,7 @@
 #include <atomic>
 #include <cstring>
 
+#include "acquisition/camera/back_off.h"
 #include "acquisition/camera/pacer.h"
 #include "core/descriptor.h"
 #include "core/error.h"
@@ -26,8 +27,6 @@
 namespace polarscan {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-constexpr auto kBackOff = std::chrono::milliseconds(500), kLongestBackOff = std::chrono::milliseconds(5000);
 constexpr int kSocketBuffer = 64 << 20, kSmallestPacket = 576, kLargestPacket = 16404;
 constexpr guint kFrameRetention_us = 300'000, kPacketTimeout_us = 20'000;
 
@@ -380,28 +379,23 @@ class AravisCamera : public Camera {
   Delivery TryToReturn(std::chrono::milliseconds timeout, Frame& frame) {
     if (camera_) {
       progress_->Warn("the camera is gone; looking for it");
-      gone_ = Clock::now();
-      back_off_ = kBackOff;
-      next_try_ = gone_ + back_off_;
+      back_off_.Begin();
       Close();
     }
-    std::this_thread::sleep_until(std::min(next_try_, Clock::now() + timeout));
-    if (Clock::now() < next_try_) return Delivery::kNothing;
+    if (!back_off_.WaitUntilDue(timeout)) return Delivery::kNothing;
     try {
       Reopen();
     } catch (const Error& error) {
       if (camera_) Close();
       control_lost_ = true;
-      back_off_ = std::min(2 * back_off_, kLongestBackOff);
-      next_try_ = Clock::now() + back_off_;
+      back_off_.Failed();
       progress_->Info(error.what());
       return Delivery::kNothing;
     }
-    const double seconds = std::chrono::duration<double>(Clock::now() - gone_).count();
     frame.info = {};
     frame.info.sequence = base_ = last_ + 1;
-    frame.info.name = fmt::format("camera gone for {:.1f} s", seconds);
-    progress_->Warn(fmt::format("the camera is back after {:.1f} s", seconds));
+    frame.info.name = fmt::format("camera gone for {:.1f} s", back_off_.Seconds());
+    progress_->Warn(fmt::format("the camera is back after {:.1f} s", back_off_.Seconds()));
     return Delivery::kRestarted;
   }
 
@@ -439,8 +433,7 @@ class AravisCamera : public Camera {
   std::optional<Shape> first_;
   std::uint64_t base_ = 0, last_ = 0;  // number of the first frame since (re)start; of the last one
   std::atomic<bool> control_lost_ = false;
-  Clock::time_point gone_, next_try_;
-  std::chrono::milliseconds back_off_ = kBackOff;
+  BackOff back_off_;
 };
 
 }  // namespace

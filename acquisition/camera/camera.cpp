@@ -4,7 +4,7 @@
 #include "acquisition/camera/aravis_camera.h"
 #include "acquisition/camera/replay_camera.h"
 #include "acquisition/camera/simulated_camera.h"
-#include "core/error.h"
+#include "acquisition/camera/v4l2_camera.h"
 
 namespace polarscan {
 
@@ -14,6 +14,7 @@ nlohmann::json ToJson(const CameraInfo& info) {
 
 std::vector<CameraInfo> ListCameras() {
   std::vector<CameraInfo> cameras = ListAravisCameras();
+  for (CameraInfo& camera : ListV4l2Cameras()) cameras.push_back(std::move(camera));
   cameras.push_back(OpenSimulatedCamera({})->info());
   return cameras;
 }
@@ -26,6 +27,7 @@ std::unique_ptr<Camera> OpenCamera(const std::string& id, std::uint64_t seed) {
     options.simulator.seed = seed;
     return OpenSimulatedCamera(options);
   }
+  if (id.starts_with("/dev/")) return OpenV4l2Camera(id);
   return OpenAravisCamera(id);
 }
 

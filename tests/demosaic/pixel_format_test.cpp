@@ -57,6 +57,20 @@ TEST(PixelFormat, BayerAndPolarizeNamesPackAsMonoAndNameTheirColours) {
   EXPECT_EQ(ParsePixelFormat("PolarizeMono8").bayer, "");
 }
 
+TEST(PixelFormat, VendorsNamesOfPolarizedFormatsAreTheirPlainOnes) {
+  for (const auto& [vendors, plain] :
+       {std::pair{"PolarizeMono12p", "Mono12p"}, std::pair{"Polarized8", "Mono8"},
+        std::pair{"Polarized10p", "Mono10p"}, std::pair{"BayerRGPolarized12p", "BayerRG12p"},
+        std::pair{"PolarizedMono12Packed", "Mono12Packed"}, std::pair{"PolarizedBayerBG8", "BayerBG8"}}) {
+    const PixelFormat a = ParsePixelFormat(vendors), b = ParsePixelFormat(plain);
+    EXPECT_EQ(a.name, vendors);
+    EXPECT_TRUE(a.bits == b.bits && a.packing == b.packing && a.bayer == b.bayer) << vendors;
+  }
+  for (const char* processed :
+       {"PolarizedAngles_0d_45d_90d_135d_Mono8", "PolarizedDolpAolp_Mono8", "Polarized"})
+    EXPECT_FALSE(FindPixelFormat(processed)) << processed;
+}
+
 TEST(PixelFormat, WhatIsPackedComesBackForEverySizeAndFormat) {
   for (const char* depth : {"8", "10", "12", "14", "16", "10p", "12p", "12Packed"}) {
     const PixelFormat format = ParsePixelFormat(std::string("Mono") + depth);

@@ -1,0 +1,438 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/camera/v4l2_camera.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <linux/videodev2.h>
+#include <poll.h>
+#include <sys/ioctl.h>
+#include <sys/mman.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <set>
+#include <span>
+
+#include "acquisition/camera/back_off.h"
+#include "acquisition/camera/pacer.h"
+#include "core/descriptor.h"
+#include "core/error.h"
+#include "core/files.h"
+#include "demosaic/pixel_format.h"
+
+namespace polarscan {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The raw formats, deepest first.
+struct Fourcc {
+  std::uint32_t code;
+  const char* name;
+};
+constexpr Fourcc kFormats[] = {{V4L2_PIX_FMT_Y12, "Mono12"},        {V4L2_PIX_FMT_SRGGB12, "BayerRG12"},
+                               {V4L2_PIX_FMT_SGRBG12, "BayerGR12"}, {V4L2_PIX_FMT_SGBRG12, "BayerGB12"},
+                               {V4L2_PIX_FMT_SBGGR12, "BayerBG12"}, {V4L2_PIX_FMT_Y16, "Mono16"},
+                               {V4L2_PIX_FMT_SRGGB16, "BayerRG16"}, {V4L2_PIX_FMT_SGRBG16, "BayerGR16"},
+                               {V4L2_PIX_FMT_SGBRG16, "BayerGB16"}, {V4L2_PIX_FMT_SBGGR16, "BayerBG16"},
+                               {V4L2_PIX_FMT_Y10, "Mono10"},        {V4L2_PIX_FMT_SRGGB10, "BayerRG10"},
+                               {V4L2_PIX_FMT_SGRBG10, "BayerGR10"}, {V4L2_PIX_FMT_SGBRG10, "BayerGB10"},
+                               {V4L2_PIX_FMT_SBGGR10, "BayerBG10"}, {V4L2_PIX_FMT_GREY, "Mono8"},
+                               {V4L2_PIX_FMT_SRGGB8, "BayerRG8"},   {V4L2_PIX_FMT_SGRBG8, "BayerGR8"},
+                               {V4L2_PIX_FMT_SGBRG8, "BayerGB8"},   {V4L2_PIX_FMT_SBGGR8, "BayerBG8"}};
+
+int Ask(int fd, unsigned long request, void* argument) {
+  int result = 0;
+  do {
+    result = ::ioctl(fd, request, argument);
+  } while (result < 0 && errno == EINTR);
+  return result;
+}
+
+template <class T>
+std::string TextOf(const T& text) {
+  return reinterpret_cast<const char*>(text);
+}
+
+// As v4l2-ctl does it: "Exposure Time, Absolute" is exposure_time_absolute.
+std::string ControlName(const std::string& name) {
+  std::string result;
+  for (const unsigned char c : name) {
+    if (std::isalnum(c))
+      result += char(std::tolower(c));
+    else if (!result.empty() && result.back() != '_')
+      result += '_';
+  }
+  while (result.ends_with('_')) result.pop_back();
+  return result;
+}
+
+std::vector<const Fourcc*> OfferedFormats(int fd) {
+  std::set<std::uint32_t> codes;
+  v4l2_fmtdesc description{};
+  description.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  for (; Ask(fd, VIDIOC_ENUM_FMT, &description) == 0; ++description.index)
+    codes.insert(description.pixelformat);
+  std::vector<const Fourcc*> offered;
+  for (const Fourcc& format : kFormats)
+    if (codes.contains(format.code)) offered.push_back(&format);
+  return offered;
+}
+
+bool Captures(const v4l2_capability& capability) {
+  const std::uint32_t can =
+      capability.capabilities & V4L2_CAP_DEVICE_CAPS ? capability.device_caps : capability.capabilities;
+  return (can & V4L2_CAP_VIDEO_CAPTURE) && (can & V4L2_CAP_STREAMING);
+}
+
+// The driver's buffers, mapped.
+class Buffers {
+ public:
+  Buffers(int fd, int count, const std::string& device) : fd_(fd) {
+    v4l2_requestbuffers request{};
+    request.count = std::uint32_t(count);
+    request.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    request.memory = V4L2_MEMORY_MMAP;
+    if (Ask(fd, VIDIOC_REQBUFS, &request) < 0) ThrowSystemError("the camera gives no buffers", device);
+    for (std::uint32_t i = 0; i < request.count; ++i) {
+      v4l2_buffer buffer = Buffer(i);
+      if (Ask(fd, VIDIOC_QUERYBUF, &buffer) < 0) ThrowSystemError("the camera gives no buffers", device);
+      void* memory = ::mmap(nullptr, buffer.length, PROT_READ, MAP_SHARED, fd, off_t(buffer.m.offset));
+      if (memory == MAP_FAILED) ThrowSystemError("the camera's buffers cannot be mapped", device);
+      memory_.emplace_back(static_cast<const std::uint8_t*>(memory), buffer.length);
+    }
+    for (std::uint32_t i = 0; i < request.count; ++i)
+      if (!Give(i)) ThrowSystemError("the camera takes no buffers", device);
+  }
+  ~Buffers() {
+    for (const auto& part : memory_) ::munmap(const_cast<std::uint8_t*>(part.data()), part.size());
+    v4l2_requestbuffers none{};
+    none.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    none.memory = V4L2_MEMORY_MMAP;
+    Ask(fd_, VIDIOC_REQBUFS, &none);
+  }
+  Buffers(const Buffers&) = delete;
+  Buffers& operator=(const Buffers&) = delete;
+
+  static v4l2_buffer Buffer(std::uint32_t index) {
+    v4l2_buffer buffer{};
+    buffer.index = index;
+    buffer.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    buffer.memory = V4L2_MEMORY_MMAP;
+    return buffer;
+  }
+  bool Give(std::uint32_t index) const {
+    v4l2_buffer buffer = Buffer(index);
+    return Ask(fd_, VIDIOC_QBUF, &buffer) == 0;
+  }
+  std::span<const std::uint8_t> operator[](std::uint32_t index) const { return memory_.at(index); }
+
+ private:
+  int fd_;
+  std::vector<std::span<const std::uint8_t>> memory_;
+};
+
+class V4l2Camera : public Camera {
+ public:
+  explicit V4l2Camera(const std::string& device) : device_(device) { Open(); }
+  ~V4l2Camera() override { V4l2Camera::Stop(); }
+
+  CameraInfo info() const override {
+    v4l2_capability capability{};
+    Ask(fd(), VIDIOC_QUERYCAP, &capability);
+    return {device_, TextOf(capability.driver), TextOf(capability.card), TextOf(capability.bus_info)};
+  }
+  nlohmann::json sensor() const override { return {{"bits", ParsePixelFormat(FormatName()).bits}}; }
+
+  nlohmann::json features() const override {
+    nlohmann::json values = {{"pixel-format", FormatName()},
+                             {"width", picture_.width},
+                             {"height", picture_.height},
+                             {"fps", FramesPerSecond()},
+                             {"buffers", buffer_count_}};
+    for (const auto& [name, control] : Controls()) {
+      v4l2_control value{control.id, 0};
+      if (Ask(fd(), VIDIOC_G_CTRL, &value) == 0) values[name] = value.value;
+    }
+    return values;
+  }
+
+  void Set(const std::string& feature, const std::string& value) override {
+    Apply(feature, value);
+    std::erase_if(settings_, [&](const auto& setting) { return setting.first == feature; });
+    settings_.emplace_back(feature, value);
+  }
+
+  void Start(Progress& progress) override {
+    progress_ = &progress;
+    CheckLayout();
+    started_ = picture_;
+    Begin();
+  }
+
+  Delivery Next(Frame& frame, std::chrono::milliseconds timeout) override {
+    if (!buffers_) return TryToReturn(timeout, frame);
+    pollfd ready{fd(), POLLIN, 0};
+    const int n = ::poll(&ready, 1, int(timeout.count()));
+    if (n == 0 || (n < 0 && errno == EINTR)) return Delivery::kNothing;
+    v4l2_buffer buffer = Buffers::Buffer(0);
+    if (Ask(fd(), VIDIOC_DQBUF, &buffer) < 0) {
+      if (errno != EAGAIN) Break(std::strerror(errno));
+      return Delivery::kNothing;
+    }
+    const Delivery delivery = Take(buffer, frame);
+    if (!buffers_->Give(buffer.index)) Break(std::strerror(errno));
+    return delivery;
+  }
+
+  void Stop() override {
+    if (!buffers_) return;
+    int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    Ask(fd(), VIDIOC_STREAMOFF, &type);
+    buffers_.reset();
+  }
+
+ private:
+  int fd() const { return file_ ? file_->fd : -1; }
+
+  void Open() {
+    file_ = std::make_unique<Descriptor>(::open(device_.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
+    if (file_->fd < 0) ThrowSystemError("the camera cannot be opened", device_);
+    v4l2_capability capability{};
+    if (Ask(fd(), VIDIOC_QUERYCAP, &capability) < 0 || !Captures(capability))
+      throw Error("this is no video capture device", device_,
+                  "polarscan cameras lists those that can be seen");
+    v4l2_format format = CurrentFormat();
+    const auto offered = OfferedFormats(fd());
+    if (offered.empty())
+      throw Error("the camera offers no raw mosaic", device_,
+                  "It should offer GREY, Y10, Y12, Y16 or raw Bayer");
+    format.fmt.pix.pixelformat = offered.front()->code;
+    SetFormat(format);
+  }
+
+  v4l2_format CurrentFormat() const {
+    v4l2_format format{};
+    format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    if (Ask(fd(), VIDIOC_G_FMT, &format) < 0)
+      ThrowSystemError("the camera does not tell its format", device_);
+    return format;
+  }
+
+  // The driver changes what it does not like instead of refusing it.
+  void SetFormat(v4l2_format wanted) {
+    v4l2_format format = wanted;
+    format.fmt.pix.field = V4L2_FIELD_NONE;
+    format.fmt.pix.bytesperline = format.fmt.pix.sizeimage = 0;
+    if (Ask(fd(), VIDIOC_S_FMT, &format) < 0) ThrowSystemError("the camera refuses the format", device_);
+    picture_ = format.fmt.pix;
+    if (picture_.pixelformat != wanted.fmt.pix.pixelformat || picture_.width != wanted.fmt.pix.width ||
+        picture_.height != wanted.fmt.pix.height)
+      throw Error(fmt::format("the camera makes {} {}x{} of what was asked for", FormatName(), picture_.width,
+                              picture_.height),
+                  device_);
+  }
+
+  std::string FormatName() const {
+    for (const Fourcc& format : kFormats)
+      if (format.code == picture_.pixelformat) return format.name;
+    return "another format";
+  }
+
+  std::map<std::string, v4l2_queryctrl> Controls() const {
+    std::map<std::string, v4l2_queryctrl> controls;
+    v4l2_queryctrl control{};
+    control.id = V4L2_CTRL_FLAG_NEXT_CTRL;
+    while (Ask(fd(), VIDIOC_QUERYCTRL, &control) == 0) {
+      const bool valued = control.type != V4L2_CTRL_TYPE_CTRL_CLASS && control.type != V4L2_CTRL_TYPE_BUTTON;
+      if (valued && !(control.flags & V4L2_CTRL_FLAG_DISABLED))
+        controls[ControlName(TextOf(control.name))] = control;
+      control.id |= V4L2_CTRL_FLAG_NEXT_CTRL;
+    }
+    return controls;
+  }
+
+  double FramesPerSecond() const {
+    v4l2_streamparm parameters{};
+    parameters.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    if (Ask(fd(), VIDIOC_G_PARM, &parameters) < 0) return 0;
+    const v4l2_fract time = parameters.parm.capture.timeperframe;
+    return time.numerator ? double(time.denominator) / time.numerator : 0;
+  }
+
+  void Apply(const std::string& feature, const std::string& value) {
+    v4l2_format format = CurrentFormat();
+    const double number = std::strtod(value.c_str(), nullptr);
+    if (feature == "pixel-format") {
+      format.fmt.pix.pixelformat = CodeOf(value);
+      SetFormat(format);
+    } else if (feature == "width" || feature == "height") {
+      (feature == "width" ? format.fmt.pix.width : format.fmt.pix.height) = std::uint32_t(number);
+      SetFormat(format);
+    } else if (feature == "fps") {
+      SetFramesPerSecond(number);
+    } else if (feature == "input") {
+      int input = int(number);
+      if (Ask(fd(), VIDIOC_S_INPUT, &input) < 0) ThrowSystemError("the camera has no such input", value);
+    } else if (feature == "buffers") {
+      buffer_count_ = std::clamp(int(number), 2, 32);
+    } else {
+      SetControl(feature, std::int32_t(number));
+    }
+  }
+
+  std::uint32_t CodeOf(const std::string& name) const {
+    std::string offered;
+    for (const Fourcc* format : OfferedFormats(fd())) {
+      if (name == format->name) return format->code;
+      offered += std::string(offered.empty() ? "" : ", ") + format->name;
+    }
+    throw Error("the camera has no such pixel format", name, "It has " + offered);
+  }
+
+  void SetFramesPerSecond(double rate) {
+    v4l2_streamparm parameters{};
+    parameters.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    parameters.parm.capture.timeperframe = {1000, std::uint32_t(std::lround(1000 * rate))};
+    if (Ask(fd(), VIDIOC_S_PARM, &parameters) < 0)
+      ThrowSystemError("the camera refuses the frame rate", device_);
+  }
+
+  void SetControl(const std::string& name, std::int32_t value) {
+    const auto controls = Controls();
+    const auto found = controls.find(name);
+    if (found == controls.end())
+      throw Error("the camera has no such feature", name, "v4l2-ctl -L lists what it has");
+    v4l2_control control{found->second.id, value};
+    if (Ask(fd(), VIDIOC_S_CTRL, &control) < 0)
+      throw Error("the camera refuses this value", fmt::format("{}={}", name, value),
+                  fmt::format("From {} to {}", found->second.minimum, found->second.maximum));
+  }
+
+  // Odd offsets of the crop and mirrored pictures change the polarizer layout.
+  void CheckLayout() const {
+    v4l2_selection crop{};
+    crop.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    crop.target = V4L2_SEL_TGT_CROP;
+    if (Ask(fd(), VIDIOC_G_SELECTION, &crop) == 0 && (crop.r.left % 2 != 0 || crop.r.top % 2 != 0))
+      throw Error("an odd offset changes the polarizer layout",
+                  fmt::format("crop at {},{}", crop.r.left, crop.r.top));
+    for (const std::uint32_t id : {V4L2_CID_HFLIP, V4L2_CID_VFLIP}) {
+      v4l2_control flip{id, 0};
+      if (Ask(fd(), VIDIOC_G_CTRL, &flip) == 0 && flip.value)
+        throw Error("mirrored pictures turn the angles of polarization round", device_,
+                    "Switch horizontal_flip and vertical_flip off");
+    }
+  }
+
+  void Begin() {
+    buffers_ = std::make_unique<Buffers>(fd(), buffer_count_, device_);
+    int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    if (Ask(fd(), VIDIOC_STREAMON, &type) < 0) {
+      const int reason = errno;
+      buffers_.reset();
+      errno = reason;
+      ThrowSystemError("the camera does not start", device_);
+    }
+    first_.reset();
+  }
+
+  Delivery Take(const v4l2_buffer& buffer, Frame& frame) {
+    if (!first_) first_ = buffer.sequence;
+    FrameInfo& info = frame.info;
+    info = {};
+    info.sequence = last_ = base_ + (buffer.sequence - *first_);
+    info.camera_time_ns =
+        std::int64_t(buffer.timestamp.tv_sec) * 1'000'000'000 + buffer.timestamp.tv_usec * 1000;
+    info.host_time_ns = HostTimeNs();
+    info.pixel_format = FormatName();
+    info.width = int(picture_.width), info.height = int(picture_.height);
+    const PixelFormat format = ParsePixelFormat(info.pixel_format);
+    if (picture_.bytesperline != RowBytes(format, info.width)) info.stride = int(picture_.bytesperline);
+    const std::size_t needed = PayloadBytes(format, info.width, info.height, std::size_t(info.stride));
+    const std::size_t bytes = std::min<std::size_t>(buffer.bytesused, (*buffers_)[buffer.index].size());
+    if (buffer.flags & V4L2_BUF_FLAG_ERROR) info.name = "marked as damaged by the driver";
+    if (info.name.empty() && bytes < needed) info.name = "too few bytes";
+    if (!info.name.empty()) return Delivery::kDamaged;
+    const auto data = (*buffers_)[buffer.index].first(bytes);
+    frame.payload.assign(data.begin(), data.end());
+    return Delivery::kFrame;
+  }
+
+  // The stream is over: by a fatal error, or the device is gone.
+  void Break(const std::string& reason) {
+    progress_->Warn(fmt::format("the camera's stream broke ({}); starting it again", reason));
+    back_off_.Begin();
+    Stop();
+    file_.reset();
+  }
+
+  Delivery TryToReturn(std::chrono::milliseconds timeout, Frame& frame) {
+    if (!back_off_.WaitUntilDue(timeout)) return Delivery::kNothing;
+    try {
+      Open();
+      for (const auto& [feature, value] : settings_) Apply(feature, value);
+      if (picture_.pixelformat != started_.pixelformat || picture_.width != started_.width ||
+          picture_.height != started_.height)
+        throw Error("the camera came back with another picture format", device_);
+      CheckLayout();
+      Begin();
+    } catch (const Error& error) {
+      file_.reset();
+      back_off_.Failed();
+      progress_->Info(error.what());
+      return Delivery::kNothing;
+    }
+    frame.info = {};
+    frame.info.sequence = base_ = last_ + 1;
+    frame.info.name = fmt::format("camera gone for {:.1f} s", back_off_.Seconds());
+    return Delivery::kRestarted;
+  }
+
+  std::string device_;
+  std::unique_ptr<Descriptor> file_;
+  v4l2_pix_format picture_{}, started_{};
+  std::vector<std::pair<std::string, std::string>> settings_;
+  int buffer_count_ = 8;
+  Progress* progress_ = nullptr;
+  std::unique_ptr<Buffers> buffers_;
+  std::optional<std::uint32_t> first_;  // the driver's number of the first frame since (re)start
+  std::uint64_t base_ = 0, last_ = 0;
+  BackOff back_off_;
+};
+
+std::string ByIdLink(const fs::path& device) {
+  std::error_code code;
+  for (const auto& entry : fs::directory_iterator("/dev/v4l/by-id", code))
+    if (fs::canonical(entry.path(), code) == device) return entry.path().string();
+  return device.string();
+}
+
+}  // namespace
+
+std::vector<CameraInfo> ListV4l2Cameras() {
+  std::vector<CameraInfo> cameras;
+  std::error_code code;
+  for (const auto& entry : fs::directory_iterator("/dev", code)) {
+    if (!entry.path().filename().string().starts_with("video")) continue;
+    const Descriptor file(::open(entry.path().c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
+    v4l2_capability capability{};
+    if (file.fd < 0 || Ask(file.fd, VIDIOC_QUERYCAP, &capability) < 0 || !Captures(capability)) continue;
+    if (OfferedFormats(file.fd).empty()) continue;
+    cameras.push_back({ByIdLink(entry.path()), TextOf(capability.driver), TextOf(capability.card),
+                       TextOf(capability.bus_info)});
+  }
+  std::ranges::sort(cameras, {}, &CameraInfo::id);
+  return cameras;
+}
+
+std::unique_ptr<Camera> OpenV4l2Camera(const std::string& device) {
+  return std::make_unique<V4l2Camera>(device);
+}
+
+}  // namespace polarscan
