@@ -4,6 +4,10 @@
 #include <fmt/format.h>
 
 #include <atomic>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
 
 #include "core/error.h"
 
@@ -12,7 +16,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr auto kWait = std::chrono::milliseconds(100), kStatusEvery = std::chrono::milliseconds(200);
-constexpr auto kKeyEvery = std::chrono::milliseconds(20);
+constexpr auto kKeyEvery = std::chrono::milliseconds(20), kLookEvery = std::chrono::milliseconds(500);
 
 double SecondsSince(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
@@ -29,6 +33,14 @@ class Receiver {
   void AskForShot() { ++asked_; }
   bool ended() const { return ended_; }
   std::uint64_t shots() const { return shots_; }
+
+  // The next frame is kept for Latest.
+  void AskForLook() { wants_look_ = true; }
+  // Nothing if none came since it was asked for.
+  std::optional<Frame> Latest() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(latest_, std::nullopt);
+  }
 
   // Throws what the camera threw.
   void Finish() {
@@ -58,6 +70,10 @@ class Receiver {
     if (delivery == Delivery::kDamaged) recorder_.Lost(frame_.info.sequence, frame_.info.name);
     if (delivery == Delivery::kRestarted) recorder_.Restarted(frame_.info.sequence, frame_.info.name);
     if (delivery != Delivery::kFrame) return;
+    if (wants_look_.exchange(false)) {
+      const std::lock_guard lock(mutex_);
+      latest_ = frame_;
+    }
     if (!InShot()) return recorder_.Skip(frame_.info.sequence);
     frame_.info.shot = shots_;
     recorder_.Offer(frame_);
@@ -83,7 +99,9 @@ class Receiver {
   int left_in_shot_ = 0;
   std::atomic<int> asked_ = 0;
   std::atomic<std::uint64_t> shots_ = 0;
-  std::atomic<bool> stop_ = false, ended_ = false;
+  std::atomic<bool> stop_ = false, ended_ = false, wants_look_ = false;
+  std::mutex mutex_;  // of the next
+  std::optional<Frame> latest_;
   std::exception_ptr failure_;
   std::thread thread_;
 };
@@ -92,7 +110,7 @@ class Receiver {
 void Watch(Receiver& receiver, const Recorder& recorder, const CaptureOptions& options,
            const CaptureHooks& hooks, const Progress& progress) {
   const Clock::time_point begin = Clock::now();
-  Clock::time_point shown;
+  Clock::time_point shown, looked;
   double next_shot_s = 0;
   while (!receiver.ended() && !progress.cancelled()) {
     const double seconds = SecondsSince(begin);
@@ -108,6 +126,12 @@ void Watch(Receiver& receiver, const Recorder& recorder, const CaptureOptions& o
       hooks.status({recorder.counts(), seconds, receiver.shots()});
       shown = Clock::now();
     }
+    if (hooks.look && Clock::now() - looked >= kLookEvery) {
+      receiver.AskForLook();
+      looked = Clock::now();
+    }
+    if (hooks.look)
+      if (const std::optional<Frame> frame = receiver.Latest()) hooks.look(*frame);
     std::this_thread::sleep_for(kKeyEvery);
   }
 }

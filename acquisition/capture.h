@@ -26,12 +26,15 @@ struct CaptureStatus {
   std::uint64_t shots = 0;
 };
 
-// What the program adds: a line on the screen, a keyboard. Both are called on the thread that called Capture.
+// What the program adds: a line on the screen, a keyboard, a look at the pictures. All are called on the
+// thread that called Capture.
 struct CaptureHooks {
   enum class Key { kNone, kShot, kQuit };
   std::function<void(const CaptureStatus&)> status = [](const CaptureStatus&) {
   };  // about five times a second
   std::function<Key()> key = [] { return Key::kNone; };
+  // The latest frame, about twice a second, whether it is stored or not; empty: nobody looks.
+  std::function<void(const Frame&)> look = {};
 };
 
 // Records into a new session until the options, the camera, a key or Progress::Cancel end it; all of these

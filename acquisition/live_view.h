@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "acquisition/camera/frame.h"
+#include "demosaic/layout.h"
+#include "demosaic/stokes.h"
+
+namespace polarscan {
+
+// What a person at the camera wants to know about the frame that just came.
+struct LiveView {
+  StokesImage stokes;  // of cells, one of every few: at most `largest_side` px
+  std::array<double, 4>
+      clipped;       // share of samples at full scale behind the polarizer at 0, 45, 90, 135 degrees
+  double level = 0;  // mean sample, of full scale
+  double sharpness =
+      0;  // mean squared Laplacian of S0 over its mean square, in 1000ths: compare, do not read
+};
+
+// Throws Error if the frame's format is no raw mosaic. Without a layout ("", not told by the camera) the
+// angles of Layout's default are assumed.
+LiveView LookAt(const Frame& frame, const Layout& layout, int bits, int largest_side);
+
+// {"clipped": [4], "level": ..., "sharpness": ..., "advice": ["..."]}: the numbers, and in words what to do.
+nlohmann::json ToJson(const LiveView& view);
+std::vector<std::string> Advice(const LiveView& view);
+
+}  // namespace polarscan
