@@ -106,10 +106,11 @@ class GigeServer::Implementation {
   }
 
   void Run(Progress& progress) {
-    source_.camera.Start(progress);
     std::thread stream([&] {
       try {
+        source_.camera.Start(progress);  // what takes long is done before a client asks for frames
         Stream(progress);
+      } catch (const Cancelled&) {
       } catch (...) {
         failure_ = std::current_exception();
         failed_ = true;

@@ -8,6 +8,7 @@
 #include "acquisition/input.h"
 #include "acquisition/session/exchange.h"
 #include "acquisition/session/session_views.h"
+#include "acquisition/simulator.h"
 #include "core/error.h"
 #include "session_helpers.h"
 

@@ -66,7 +66,8 @@ class GigeTest : public SessionFolder {
     const ServedCamera served(options, gige);
     const std::unique_ptr<Camera> client = OpenAravisCamera(ServedCamera::Address());
     FrameCounts counts =
-        Capture(*client, session(), {}, {.frames = frames, .seconds = 60}, {}, silent_).counts;
+        Capture(*client, session(), nlohmann::json::object(), {.frames = frames, .seconds = 60}, {}, silent_)
+            .counts;
     const Session recorded = OpenSession(session(), Verify::kPayloads);
     EXPECT_TRUE(recorded.damage.empty());
     EXPECT_EQ(recorded.frames.size(), counts.stored);
@@ -175,7 +176,8 @@ TEST_F(GigeTest, AFormatChangeInTheStreamIsCountedNotStored) {
   const SimulatedCameraOptions options = SmallScene("Mono8", 50);
   const ServedCamera served(options, gige);
   const std::unique_ptr<Camera> client = OpenAravisCamera(ServedCamera::Address());
-  const FrameCounts counts = Capture(*client, session(), {}, {.seconds = 1}, {}, silent_).counts;
+  const FrameCounts counts =
+      Capture(*client, session(), nlohmann::json::object(), {.seconds = 6}, {}, silent_).counts;
   EXPECT_EQ(counts.stored, 10u) << Describe(counts);
   EXPECT_GT(counts.lost, 10u);
   EXPECT_GT(counts.reasons.at("lost: the picture's format or size changed"), 10u);
@@ -189,7 +191,8 @@ TEST_F(GigeTest, ACameraThatComesBackIsRecordedInANewSegment) {
   const ServedCamera served(options, gige);
   const std::unique_ptr<Camera> client = OpenAravisCamera(ServedCamera::Address());
   const FrameCounts counts =
-      Capture(*client, session(), {}, {.frames = 30, .seconds = 60}, {}, silent_).counts;
+      Capture(*client, session(), nlohmann::json::object(), {.frames = 30, .seconds = 60}, {}, silent_)
+          .counts;
   EXPECT_EQ(counts.stored, 30u) << Describe(counts);
   EXPECT_EQ(counts.restarts, 1u);
   const Session recorded = OpenSession(session(), Verify::kPayloads);
