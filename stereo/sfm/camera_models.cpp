@@ -37,13 +37,12 @@ Eigen::Matrix2d DistortionJacobian(const Lens& lens, const Eigen::Vector2d& poin
   return j;
 }
 
-// How many of the first parameters are focal lengths: all but PINHOLE's and OPENCV's kin have one.
+}  // namespace
+
 int FocalLengths(const std::string& model) {
   const bool one = model.starts_with("SIMPLE_") || model.starts_with("RADIAL");
   return one ? 1 : 2;
 }
-
-}  // namespace
 
 const CameraModel* FindCameraModel(int id) {
   const auto found = std::ranges::find(kModels, id, &CameraModel::id);

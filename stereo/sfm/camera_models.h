@@ -17,6 +17,9 @@ struct CameraModel {
 const CameraModel* FindCameraModel(int id);                   // nullptr: unknown
 const CameraModel* FindCameraModel(const std::string& name);  // nullptr: unknown
 
+// How many of a model's parameters, the first ones, are focal lengths: 1 or 2.
+int FocalLengths(const std::string& model);
+
 // A lens: pixel = focal length * distorted + principal point, where (COLMAP's and OpenCV's convention, x and
 // y are normalised coordinates, r^2 = x^2 + y^2)
 //   distorted = (x, y) (1 + k1 r^2 + k2 r^4) + (2 p1 x y + p2 (r^2 + 2 x^2), p1 (r^2 + 2 y^2) + 2 p2 x y).

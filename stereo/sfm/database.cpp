@@ -4,9 +4,12 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
+#include <algorithm>
+#include <cstring>
 #include <memory>
 
 #include "core/error.h"
+#include "stereo/sfm/camera_models.h"
 
 namespace polarscan {
 namespace {
@@ -31,12 +34,19 @@ void Query(sqlite3* database, const std::filesystem::path& path, const char* que
   if (result != SQLITE_DONE) Fail(database, path);
 }
 
-Connection Open(const std::filesystem::path& path) {
+Connection Open(const std::filesystem::path& path, int mode = SQLITE_OPEN_READONLY) {
   sqlite3* raw = nullptr;
-  const int opened = sqlite3_open_v2(path.c_str(), &raw, SQLITE_OPEN_READONLY, nullptr);
+  const int opened = sqlite3_open_v2(path.c_str(), &raw, mode, nullptr);
   Connection database(raw, sqlite3_close);
   if (opened != SQLITE_OK) Fail(raw, path);
   return database;
+}
+
+bool HasTable(sqlite3* database, const std::filesystem::path& path, const std::string& table) {
+  bool has = false;
+  Query(database, path, ("SELECT name FROM sqlite_master WHERE name = '" + table + "'").c_str(),
+        [&](sqlite3_stmt*) { has = true; });
+  return has;
 }
 
 constexpr std::int64_t kPairFactor = 2147483647;  // pair_id = smaller id * factor + larger id
@@ -71,11 +81,8 @@ std::map<std::string, DatabaseImage> ReadDatabase(const std::filesystem::path& p
 
 std::map<std::string, Descriptors> ReadDescriptors(const std::filesystem::path& path) {
   const Connection connection = Open(path);
-  bool has_table = false;
-  Query(connection.get(), path, "SELECT name FROM sqlite_master WHERE name = 'descriptors'",
-        [&](sqlite3_stmt*) { has_table = true; });
   std::map<std::string, Descriptors> all;
-  if (!has_table) return all;
+  if (!HasTable(connection.get(), path, "descriptors")) return all;
   bool fits = true;
   Query(connection.get(), path,
         "SELECT images.name, rows, cols, data FROM descriptors JOIN images ON images.image_id = "
@@ -92,6 +99,35 @@ std::map<std::string, Descriptors> ReadDescriptors(const std::filesystem::path& 
           all[name] = std::move(descriptors);
         });
   return fits ? all : std::map<std::string, Descriptors>{};
+}
+
+int SetGuessedFocalLengths(const std::filesystem::path& path, double factor) {
+  const Connection connection = Open(path, SQLITE_OPEN_READWRITE);
+  sqlite3* raw = connection.get();
+  if (!HasTable(raw, path, "cameras")) return 0;
+  std::map<std::int64_t, std::vector<double>> cameras;
+  Query(raw, path, "SELECT camera_id, model, width, height, params FROM cameras WHERE prior_focal_length = 0",
+        [&](sqlite3_stmt* row) {
+          const CameraModel* model = FindCameraModel(sqlite3_column_int(row, 1));
+          const std::size_t bytes = std::size_t(sqlite3_column_bytes(row, 4));
+          if (!model || bytes != std::size_t(model->parameters) * sizeof(double)) return;
+          std::vector<double> parameters(std::size_t(model->parameters));
+          std::memcpy(parameters.data(), sqlite3_column_blob(row, 4), bytes);
+          const double focal = factor * std::max(sqlite3_column_int(row, 2), sqlite3_column_int(row, 3));
+          std::fill_n(parameters.begin(), FocalLengths(model->name), focal);
+          cameras[sqlite3_column_int64(row, 0)] = std::move(parameters);
+        });
+  for (const auto& [id, parameters] : cameras) {
+    sqlite3_stmt* update = nullptr;
+    if (sqlite3_prepare_v2(raw, "UPDATE cameras SET params = ? WHERE camera_id = ?", -1, &update, nullptr) !=
+        SQLITE_OK)
+      Fail(raw, path);
+    const Statement statement(update, sqlite3_finalize);
+    sqlite3_bind_blob(update, 1, parameters.data(), int(parameters.size() * sizeof(double)), SQLITE_STATIC);
+    sqlite3_bind_int64(update, 2, id);
+    if (sqlite3_step(update) != SQLITE_DONE) Fail(raw, path);
+  }
+  return int(cameras.size());
 }
 
 }  // namespace polarscan

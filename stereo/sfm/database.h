@@ -24,4 +24,9 @@ std::map<std::string, DatabaseImage> ReadDatabase(const std::filesystem::path& p
 // The descriptors of all pictures, by name; empty if the database holds none, or none of SIFT's size.
 std::map<std::string, Descriptors> ReadDescriptors(const std::filesystem::path& path);
 
+// Gives the cameras whose focal length COLMAP has only guessed (no EXIF) another one to start from: `factor`
+// times the larger side of the picture. Returns how many there are; 0 too if the database does not hold
+// cameras the way 3.8 to 4.x do.
+int SetGuessedFocalLengths(const std::filesystem::path& path, double factor);
+
 }  // namespace polarscan

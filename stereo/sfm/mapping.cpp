@@ -31,7 +31,7 @@ bool SameSizes(const std::vector<View>& views) {
 // The camera's starting values from a known focal length, as COLMAP wants them: "f,cx,cy,0".
 std::string StartingParameters(const SfmOptions& options, const View& view) {
   const CameraModel* model = FindCameraModel(options.camera_model);
-  const bool two = options.camera_model == "PINHOLE" || options.camera_model == "OPENCV";
+  const bool two = FocalLengths(options.camera_model) == 2;
   std::string text = fmt::format("{}", options.focal_px);
   if (two) text += fmt::format(",{}", options.focal_px);
   text += fmt::format(",{},{}", view.width / 2.0, view.height / 2.0);
@@ -211,12 +211,13 @@ SparseModel BestModel(const fs::path& models, Progress& progress) {
   return best;
 }
 
-SparseModel MapViews(const Mapping& m, const std::string& attempt, bool lenient) {
-  const fs::path output = m.folder / "models" / attempt;
+SparseModel MapViews(const Mapping& m, const MappingAttempt& attempt) {
+  const fs::path output = m.folder / "models" / attempt.name;
   fs::remove_all(output);
   CreateFolder(output);
+  if (m.options.focal_px <= 0) SetGuessedFocalLengths(m.database(), attempt.focal_factor);
   std::vector<ColmapOption> options = MapperOptions(m, output);
-  if (lenient)
+  if (attempt.lenient)
     options.insert(options.end(), {{{"Mapper.init_min_tri_angle"}, "5"},
                                    {{"Mapper.init_min_num_inliers"}, "40"},
                                    {{"Mapper.abs_pose_min_num_inliers"}, "15"},

@@ -31,9 +31,16 @@ void ExtractFeatures(const Mapping& mapping);
 // farther ones).
 void MatchFeatures(const Mapping& mapping, const std::string& matcher);
 
-// Runs the mapper into models/ATTEMPT and returns the best of its models (BestModel). With `lenient`, lower
-// thresholds.
-SparseModel MapViews(const Mapping& mapping, const std::string& attempt, bool lenient);
+// One run of the mapper. focal_factor: where it starts from if nothing is known of the focal length, times
+// the larger side of the picture (1.2 is COLMAP's own guess). lenient: lower thresholds.
+struct MappingAttempt {
+  std::string name;
+  double focal_factor = 1.2;
+  bool lenient = false;
+};
+
+// Runs the mapper into models/NAME and returns the best of its models (BestModel).
+SparseModel MapViews(const Mapping& mapping, const MappingAttempt& attempt);
 
 // The model with most registered views, then most points, of those in the folder's subfolders; empty if there
 // is none. A damaged model is skipped with a warning.

@@ -63,26 +63,43 @@ void CheckNames(const SparseModel& model, const std::vector<View>& views, const 
   }
 }
 
+// On a scene that is mostly a plane the mapper can settle in a wrong focal length: points then miss their
+// features. Another start finds the right one.
+SparseModel TryOtherFocalLengths(const Mapping& m, SparseModel best) {
+  const auto doubtful = [](const SparseModel& model) { return MeanError(model) > kDoubtfulError; };
+  if (m.options.focal_px > 0) return best;
+  for (const MappingAttempt& attempt : {MappingAttempt{"long-lens", 2.4}, MappingAttempt{"wide-lens", 0.7}}) {
+    if (best.images.empty() || !doubtful(best)) break;
+    m.progress.Info(fmt::format("the points miss their features by {:.1f} px; another attempt with a {}",
+                                MeanError(best), attempt.focal_factor > 1 ? "longer lens" : "wider lens"));
+    SparseModel model = MapViews(m, attempt);
+    const bool as_many = model.images.size() >= best.images.size();
+    if (!model.images.empty() && !doubtful(model) && as_many) best = std::move(model);
+  }
+  return best;
+}
+
 // Tries what costs little first: as asked; then all pairs, if only neighbours were matched; then lower
-// thresholds.
+// thresholds; then other focal lengths.
 SparseModel EstimateByColmap(const Mapping& m) {
   ExtractFeatures(m);
   const bool automatic = m.options.matcher == "auto";
   const bool few = m.views.size() <= kExhaustiveLimit;
   const std::string matcher = !automatic ? m.options.matcher : few ? "exhaustive" : "sequential";
   MatchFeatures(m, matcher);
-  SparseModel best = MapViews(m, "first", false);
-  const auto improve = [&](const std::string& attempt, bool lenient) {
+  SparseModel best = MapViews(m, {"first"});
+  const auto improve = [&](const MappingAttempt& attempt) {
     m.progress.Info(
         fmt::format("{} of {} views placed; another attempt", best.images.size(), m.views.size()));
-    SparseModel model = MapViews(m, attempt, lenient);
+    SparseModel model = MapViews(m, attempt);
     if (model.images.size() > best.images.size()) best = std::move(model);
   };
   if (RegisteredShare(best, m.views) < kGoodShare && automatic && !few) {
     MatchFeatures(m, "exhaustive");
-    improve("all-pairs", false);
+    improve({"all-pairs"});
   }
-  if (RegisteredShare(best, m.views) < kGoodShare) improve("lenient", true);
+  if (RegisteredShare(best, m.views) < kGoodShare) improve({.name = "lenient", .lenient = true});
+  best = TryOtherFocalLengths(m, std::move(best));
   CheckNames(best, m.views, m.folder / "models");
   return best;
 }

@@ -13,7 +13,6 @@
 namespace polarscan {
 namespace {
 
-constexpr double kLargeError = 1.5;  // px; sound models have 0.3 to 0.8
 constexpr const char* kCures =
     "Usual causes are too little overlap (neighbours should share 75 %), blur, changes of exposure, and "
     "objects without "
@@ -50,7 +49,7 @@ std::string Causes(const std::vector<std::string>& missing,
 
 void JudgeCameras(const SparseModel& model, const std::string& log, Progress& progress) {
   const double error = MeanError(model);
-  if (error > kLargeError)
+  if (error > kDoubtfulError)
     progress.Warn(
         fmt::format("the poses are doubtful: the points miss their features by {:.1f} px on average (good is "
                     "below 1). Try another camera model, or give the focal length ({})",

@@ -15,6 +15,10 @@ namespace polarscan {
 // users are warned.
 constexpr double kGoodShare = 0.8;
 
+// Mean error over a model's observations beyond which its focal length is doubted; sound models have 0.3 to
+// 0.8 px.
+constexpr double kDoubtfulError = 1;
+
 double RegisteredShare(const SparseModel& model, const std::vector<View>& views);
 
 // Says what is wrong with estimated poses, in words that help: throws Error if the share of registered views

@@ -93,6 +93,17 @@ void FakeColmap::ImportsMatches() {
                       ReadFile(folder_ / "options") + "  --match_list_path arg\n  --match_type arg\n");
 }
 
+void FakeColmap::ExtractorGuessesFocalLength(int width, int height) {
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open((folder_ / "prepared.db").c_str(), &database), SQLITE_OK);
+  const std::string sql = fmt::format(
+      "CREATE TABLE cameras (camera_id INTEGER, model INTEGER, width INTEGER, height INTEGER, params BLOB, "
+      "prior_focal_length INTEGER); INSERT INTO cameras VALUES (1, 2, {}, {}, zeroblob(32), 0);",
+      width, height);
+  EXPECT_EQ(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
+  sqlite3_close(database);
+}
+
 void FakeColmap::MapperWrites(const std::vector<SparseModel>& models) {
   std::filesystem::remove_all(folder_ / "models");
   for (std::size_t i = 0; i < models.size(); ++i)

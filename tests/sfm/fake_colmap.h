@@ -27,6 +27,8 @@ class FakeColmap {
   void ExtractorWrites(const std::vector<std::string>& names, int keypoints, int matched);
   // From now on pictures have 20 random descriptors each, and matches can be imported.
   void ImportsMatches();
+  // The extractor's database also holds one camera of this size: SIMPLE_RADIAL, focal length a guess.
+  void ExtractorGuessesFocalLength(int width, int height);
   // mapper leaves these models in 0, 1, ...
   void MapperWrites(const std::vector<SparseModel>& models);
 

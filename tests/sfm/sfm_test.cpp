@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereo/sfm/sfm.h"
 
+#include <sqlite3.h>
+
 #include <chrono>
+#include <cstring>
 #include <thread>
 
 #include "fake_colmap.h"
@@ -45,6 +48,19 @@ class Sfm : public FolderTest {
  private:
   std::unique_ptr<FakeColmap> colmap_;
 };
+
+double FirstCameraParameter(const std::filesystem::path& path) {
+  sqlite3* database = nullptr;
+  EXPECT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);
+  double value = 0;
+  sqlite3_stmt* row = nullptr;
+  EXPECT_EQ(sqlite3_prepare_v2(database, "SELECT params FROM cameras", -1, &row, nullptr), SQLITE_OK);
+  EXPECT_EQ(sqlite3_step(row), SQLITE_ROW);
+  std::memcpy(&value, sqlite3_column_blob(row, 0), sizeof value);
+  sqlite3_finalize(row);
+  sqlite3_close(database);
+  return value;
+}
 
 bool Contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
@@ -215,6 +231,35 @@ TEST_F(Sfm, DoubtfulPosesAreSaid) {
   Run();
   EXPECT_TRUE(progress.Heard("focal lengths 150 and 110 px"));
   EXPECT_TRUE(progress.Heard("2.5 px"));
+}
+
+// Focal lengths (the camera's first parameter) that the mapper finds in the database at each attempt.
+TEST_F(Sfm, ADoubtfulModelIsTriedAgainFromOtherFocalLengths) {
+  SparseModel wrong = Registered(0, 10), right = Registered(0, 10);
+  for (SparseModel* model : {&wrong, &right}) {
+    for (auto& [id, image] : model->images) image.observations.resize(1);
+    model->points[4] = {{0, 0, 0}, {}, model == &wrong ? 1.4 : 0.4, {{11, 0}, {12, 0}}};
+  }
+  colmap().ExtractorGuessesFocalLength(100, 80);
+  WriteSparseModelBinary(folder / "fake/models2/0", right);
+  colmap().MapperWrites({wrong});
+  colmap().On("mapper",
+              "cp $database $output/../../$(basename $output).db\n"
+              "case $output in *wide-lens) cp -r models2/. $output;; *) cp -r models/. $output;; esac");
+  EXPECT_DOUBLE_EQ(Run().points.at(4).error_px, 0.4);
+  for (const auto& [attempt, focal] : {std::pair{"first", 120.0}, {"long-lens", 240.0}, {"wide-lens", 70.0}})
+    EXPECT_DOUBLE_EQ(FirstCameraParameter(folder / "sfm" / (std::string(attempt) + ".db")), focal) << attempt;
+}
+
+TEST_F(Sfm, AKnownFocalLengthIsNotDoubted) {
+  SparseModel wrong = Registered(0, 10);
+  for (auto& [id, image] : wrong.images) image.observations.resize(1);
+  wrong.points[4] = {{0, 0, 0}, {}, 1.4, {{11, 0}, {12, 0}}};
+  colmap().ExtractorGuessesFocalLength(100, 80);
+  colmap().MapperWrites({wrong});
+  options.focal_px = 90;
+  Run();
+  EXPECT_FALSE(Contains(colmap().calls(), "long-lens"));
 }
 
 TEST_F(Sfm, AHangingColmapStopsWithinASecond) {
