@@ -83,23 +83,16 @@ LiveView LookAt(const Frame& frame, const Layout& layout, int bits, int largest_
   return view;
 }
 
-std::vector<std::string> Advice(const LiveView& view) {
-  std::vector<std::string> advice;
+std::map<std::string, std::string> Advice(const LiveView& view) {
+  std::map<std::string, std::string> advice;
   const double most = *std::ranges::max_element(view.clipped);
   if (most > kClippedTooMuch)
-    advice.push_back(
-        fmt::format("{:.1f} % of the samples behind one polarizer are clipped: less exposure", 100 * most));
+    advice["clipped"] =
+        fmt::format("{:.1f} % of the samples behind one polarizer are clipped: less exposure", 100 * most);
   if (view.level < kTooDark && most <= kClippedTooMuch)
-    advice.push_back(fmt::format("the picture is dark, {:.1f} % of full scale on average: more exposure",
-                                 100 * view.level));
+    advice["dark"] = fmt::format("the picture is dark, {:.1f} % of full scale on average: more exposure",
+                                 100 * view.level);
   return advice;
-}
-
-nlohmann::json ToJson(const LiveView& view) {
-  return {{"clipped", view.clipped},
-          {"level", view.level},
-          {"sharpness", view.sharpness},
-          {"advice", Advice(view)}};
 }
 
 }  // namespace polarscan

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <array>
-#include <nlohmann/json.hpp>
+#include <map>
+#include <string>
 
 #include "acquisition/camera/frame.h"
 #include "demosaic/layout.h"
@@ -23,8 +24,7 @@ struct LiveView {
 // angles of Layout's default are assumed.
 LiveView LookAt(const Frame& frame, const Layout& layout, int bits, int largest_side);
 
-// {"clipped": [4], "level": ..., "sharpness": ..., "advice": ["..."]}: the numbers, and in words what to do.
-nlohmann::json ToJson(const LiveView& view);
-std::vector<std::string> Advice(const LiveView& view);
+// What to do about it, in words, by cause ("clipped", "dark").
+std::map<std::string, std::string> Advice(const LiveView& view);
 
 }  // namespace polarscan

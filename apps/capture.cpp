@@ -67,10 +67,17 @@ void SetFeatures(Camera& camera, const std::vector<std::string>& features) {
 void Run(const Arguments& a, const nlohmann::json& sensor, Context& context) {
   const std::unique_ptr<Camera> camera = OpenCamera(a.camera.empty() ? PickCamera() : a.camera, context.seed);
   SetFeatures(*camera, a.features);
-  CaptureScreen screen(context.progress, a.session);
+  nlohmann::json known = camera->sensor();
+  known.update(sensor);
+  CaptureScreen screen(context.progress, a.session, known);
   std::optional<Keyboard> keyboard;
   CaptureHooks hooks;
   hooks.status = [&](const CaptureStatus& status) { screen.Show(status); };
+  hooks.look = [&](const Frame& frame) { screen.Look(frame); };
+  if (!known.contains("layout"))
+    context.progress.Warn(
+        "the camera does not tell its polarizer layout; give it with --layout, now or to reconstruct "
+        "(docs/input.md)");
   if (a.options.on_key) {
     keyboard.emplace();
     hooks.key = [&] { return keyboard->Pressed(); };

@@ -7,7 +7,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <system_error>
+
+#include "acquisition/live_view.h"
+#include "demosaic/pixel_format.h"
 
 namespace polarscan {
 namespace {
@@ -32,7 +36,20 @@ void CaptureScreen::Show(const CaptureStatus& status) {
   const auto space = std::filesystem::space(folder_, code);
   if (!code && bytes_per_s_ > 0)
     line += ", disk for " + FormatDuration(double(space.available) / bytes_per_s_);
-  terminal_.Status(line);
+  terminal_.Status(line + look_);
+}
+
+void CaptureScreen::Look(const Frame& frame) {
+  const auto format = FindPixelFormat(frame.info.pixel_format);
+  if (!format) return;
+  const Layout layout = sensor_.contains("layout") ? ParseLayout(sensor_["layout"]) : Layout{};
+  const LiveView view = LookAt(frame, layout, sensor_.value("bits", format->bits), 64);
+  look_ = fmt::format(", clipped {:.1f} {:.1f} {:.1f} {:.1f} %, sharpness {:.2f}", 100 * view.clipped[0],
+                      100 * view.clipped[1], 100 * view.clipped[2], 100 * view.clipped[3], view.sharpness);
+  if (std::isfinite(frame.info.temperature_c))
+    look_ += fmt::format(", {:.0f} degrees C", frame.info.temperature_c);
+  for (const auto& [cause, words] : Advice(view))
+    if (advised_.insert(cause).second) terminal_.Info(words);
 }
 
 struct Keyboard::Saved {

@@ -2,22 +2,31 @@
 #pragma once
 #include <filesystem>
 #include <memory>
+#include <set>
+#include <string>
 
 #include "acquisition/capture.h"
 #include "apps/terminal.h"
 
 namespace polarscan {
 
-// The live line of a recording: rates over about the last two seconds, counts, and how long the disk lasts.
+// The live line of a recording: rates over about the last two seconds, counts, clipped share behind each
+// polarizer, sharpness, temperature, and how long the disk lasts.
 class CaptureScreen {
  public:
-  CaptureScreen(Terminal& terminal, const std::filesystem::path& folder)
-      : terminal_(terminal), folder_(folder) {}
+  // sensor: what is known of it, as in session.json.
+  CaptureScreen(Terminal& terminal, const std::filesystem::path& folder, const nlohmann::json& sensor)
+      : terminal_(terminal), folder_(folder), sensor_(sensor) {}
   void Show(const CaptureStatus& status);
+  // How the latest frame looks goes into the line; advice is said once for each cause.
+  void Look(const Frame& frame);
 
  private:
   Terminal& terminal_;
   std::filesystem::path folder_;
+  nlohmann::json sensor_;
+  std::string look_;
+  std::set<std::string> advised_;
   CaptureStatus before_;
   double frames_per_s_ = 0, bytes_per_s_ = 0;
 };

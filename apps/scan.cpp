@@ -68,14 +68,14 @@ double SecondsSince(std::chrono::steady_clock::time_point begin) {
 }
 
 // What scan.json holds of a stage; an empty object if nothing.
-nlohmann::json Record(const nlohmann::json& state, const std::string& stage) {
+nlohmann::json StageRecord(const nlohmann::json& state, const std::string& stage) {
   return state.value("stages", nlohmann::json::object()).value(stage, nlohmann::json::object());
 }
 
 nlohmann::json AllWarnings(const nlohmann::json& state) {
   nlohmann::json all = nlohmann::json::array();
   for (const char* stage : {"views", "sfm", "dense", "stereo", "fusion", "report"}) {
-    const nlohmann::json warnings = Record(state, stage).value("warnings", nlohmann::json::array());
+    const nlohmann::json warnings = StageRecord(state, stage).value("warnings", nlohmann::json::array());
     all.insert(all.end(), warnings.begin(), warnings.end());
   }
   return all;
@@ -142,7 +142,7 @@ Scan Scan::Open(const fs::path& folder, Terminal& terminal) {
 }
 
 bool Scan::IsDone(const Stage& stage, const std::string& hash) const {
-  const nlohmann::json record = Record(state_, stage.name);
+  const nlohmann::json record = StageRecord(state_, stage.name);
   if (record.value("state", "") != "done" || record.value("hash", "") != hash) return false;
   const std::string listing = OutputListing(folder_, stage.outputs);
   return !listing.empty() && listing == record.value("outputs", "");
@@ -193,7 +193,7 @@ void Scan::Run(const Stage& stage, const Work& work) {
 }
 
 void Scan::ContinueAfter(const std::string& name) {
-  const nlohmann::json record = Record(state_, name);
+  const nlohmann::json record = StageRecord(state_, name);
   if (record.value("state", "") != "done")
     throw Error(fmt::format("stage '{}' of this scan is not done", name), folder_.string(),
                 "Run polarscan reconstruct first; it goes on where it stopped");
@@ -205,7 +205,7 @@ void Scan::Note(const std::string& group, const std::string& key, const nlohmann
 }
 
 nlohmann::json Scan::Counts(const std::string& stage) const {
-  return Record(state_, stage).value("counts", nlohmann::json::object());
+  return StageRecord(state_, stage).value("counts", nlohmann::json::object());
 }
 
 void Scan::Save() {

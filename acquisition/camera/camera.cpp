@@ -15,7 +15,7 @@ nlohmann::json ToJson(const CameraInfo& info) {
 std::vector<CameraInfo> ListCameras() {
   std::vector<CameraInfo> cameras = ListAravisCameras();
   for (CameraInfo& camera : ListV4l2Cameras()) cameras.push_back(std::move(camera));
-  cameras.push_back(OpenSimulatedCamera({})->info());
+  cameras.push_back(OpenSimulatedCamera(SimulatedCameraOptions())->info());
   return cameras;
 }
 

@@ -22,7 +22,7 @@ using Kind = GigeFeature::Kind;
 
 constexpr auto kPoll = std::chrono::milliseconds(20);
 constexpr std::uint32_t kInControl = 0x2, kExclusive = 0x1;
-constexpr std::size_t kSmallestPacket = 576, kLargestPacket = 65000, kLargestDatagram = 65536;
+constexpr std::size_t kLeastPacket = 576, kMostPacket = 65000, kLargestDatagram = 65536;
 
 std::vector<GigeFeature> FeaturesOf(const GigeSource& source) {
   GigeFeature formats{"PixelFormat", Kind::kEnumeration, true};
@@ -232,7 +232,7 @@ class GigeServer::Implementation {
 
   static bool PacketSizeAllowed(std::uint32_t word) {
     const std::uint32_t size = word & GigeRegisters::kPacketSizeBits;
-    return size >= kSmallestPacket && size <= kLargestPacket;
+    return size >= kLeastPacket && size <= kMostPacket;
   }
 
   void TakeControl(const sockaddr_in& from) {

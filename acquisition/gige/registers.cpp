@@ -62,12 +62,37 @@ std::string Describe(const GigeFeature& f, std::uint32_t address) {
          Register("IntReg", value, address, 4, f.writable);
 }
 
+// Bits of the stream channel's packet size register; bit 0 is the highest.
+std::string PacketSizeBits(const std::string& name, const std::string& bits) {
+  return fmt::format(
+      "<MaskedIntReg "
+      "Name=\"{}Register\"><Address>0x{:X}</Address><Length>4</Length><AccessMode>RW</AccessMode>"
+      "<pPort>Device</pPort><Cachable>NoCache</Cachable>{}<Sign>Unsigned</Sign><Endianess>BigEndian</"
+      "Endianess>"
+      "</MaskedIntReg>\n",
+      name, std::uint32_t(GigeRegisters::kPacketSize), bits);
+}
+
+std::string PacketSizeNodes() {
+  return "<Integer Name=\"GevSCPSPacketSize\"><pValue>GevSCPSPacketSizeRegister</pValue><Min>576</Min>"
+         "<Max>65000</Max><Inc>4</Inc></Integer>\n" +
+         PacketSizeBits("GevSCPSPacketSize", "<LSB>31</LSB><MSB>16</MSB>") +
+         "<Boolean Name=\"GevSCPSDoNotFragment\"><pValue>GevSCPSDoNotFragmentRegister</pValue></Boolean>\n" +
+         PacketSizeBits("GevSCPSDoNotFragment", "<Bit>1</Bit>") +
+         "<Command Name=\"GevSCPSFireTestPacket\"><pValue>GevSCPSFireTestPacketRegister</pValue>"
+         "<CommandValue>1</CommandValue></Command>\n" +
+         PacketSizeBits("GevSCPSFireTestPacket", "<Bit>0</Bit>");
+}
+
 std::string Description(const GigeIdentity& identity, const std::vector<GigeFeature>& features) {
   std::string names, nodes;
   for (std::size_t i = 0; i < features.size(); ++i) {
     names += fmt::format("<pFeature>{}</pFeature>", features[i].name);
     nodes += Describe(features[i], AddressOf(i));
   }
+  for (const char* name : {"GevSCPSPacketSize", "GevSCPSDoNotFragment", "GevSCPSFireTestPacket"})
+    names += fmt::format("<pFeature>{}</pFeature>", name);
+  nodes += PacketSizeNodes();
   for (const auto& [name, address, bytes] :
        {std::tuple{"DeviceVendorName", 0x48, 32}, std::tuple{"DeviceModelName", 0x68, 32},
         std::tuple{"DeviceVersion", 0x88, 32}, std::tuple{"DeviceSerialNumber", 0xD8, 16}}) {

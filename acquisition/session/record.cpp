@@ -14,7 +14,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "the session format is little-endian");
 
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kRecordVersion = 1;
 constexpr int kLargestSide = 1 << 20;
 
 struct Header {
@@ -62,7 +62,7 @@ std::string EncodeHeader(const Record& record) {
   Header h{};
   const FrameInfo& info = record.info;
   std::memcpy(h.magic, kRecordMagic.data(), sizeof h.magic);
-  h.version = kVersion, h.type = std::uint32_t(record.type);
+  h.version = kRecordVersion, h.type = std::uint32_t(record.type);
   h.session = record.session, h.index = record.index, h.sequence = info.sequence;
   h.camera_time_ns = info.camera_time_ns, h.host_time_ns = info.host_time_ns;
   h.width = std::uint32_t(info.width), h.height = std::uint32_t(info.height),
@@ -80,7 +80,7 @@ std::optional<Record> DecodeHeader(std::string_view bytes) {
   Header h;
   if (bytes.size() < sizeof h || !bytes.starts_with(kRecordMagic)) return std::nullopt;
   std::memcpy(&h, bytes.data(), sizeof h);
-  const bool whole = h.header_hash == HashOf(h) && h.version == kVersion && h.type <= 1;
+  const bool whole = h.header_hash == HashOf(h) && h.version == kRecordVersion && h.type <= 1;
   if (!whole || h.width > kLargestSide || h.height > kLargestSide || h.stride > 4 * kLargestSide)
     return std::nullopt;
   return Record{Record::Type(h.type), h.session,     h.index, InfoOf(h), h.missing,

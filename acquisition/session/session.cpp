@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr const char* kFormat = "polarscan session";
-constexpr int kVersion = 1;
+constexpr int kSessionVersion = 1;
 
 FrameCounts CountsFrom(const json& value) {
   FrameCounts counts;
@@ -69,7 +69,7 @@ SessionInfo ReadSessionInfo(const fs::path& folder) {
   const json value = ReadJson(path);
   try {
     if (value.at("format") != kFormat) throw Error("this is not a session of polarscan", path.string());
-    if (value.at("version") != kVersion)
+    if (value.at("version") != kSessionVersion)
       throw Error("a newer polarscan has written this session", path.string(), "Use that one");
     return InfoFrom(value);
   } catch (const json::exception& e) {
@@ -79,7 +79,7 @@ SessionInfo ReadSessionInfo(const fs::path& folder) {
 
 void WriteSessionInfo(const fs::path& folder, const SessionInfo& info) {
   WriteJson(folder / "session.json", {{"format", kFormat},
-                                      {"version", kVersion},
+                                      {"version", kSessionVersion},
                                       {"id", ToHex(info.id)},
                                       {"state", info.closed ? "closed" : "recording"},
                                       {"created", info.created},

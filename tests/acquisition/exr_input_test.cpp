@@ -13,36 +13,36 @@ namespace {
 namespace fs = std::filesystem;
 
 template <class T>
-std::string Bytes(T value) {
+std::string BytesOf(T value) {
   return {reinterpret_cast<const char*>(&value), sizeof value};
 }
 
 std::string Attribute(const std::string& name, const std::string& type, const std::string& value) {
-  return name + '\0' + type + '\0' + Bytes(std::int32_t(value.size())) + value;
+  return name + '\0' + type + '\0' + BytesOf(std::int32_t(value.size())) + value;
 }
 
 // An uncompressed float32 EXR file as its specification says, written without the library that reads it
 // (openexr.com, "OpenEXR File Layout"). Channels: names in alphabetical order with the value of all their
 // pixels.
 std::string Exr(int width, int height, const std::vector<std::pair<std::string, float>>& channels) {
-  std::string list, box = Bytes(std::int32_t(0)) + Bytes(std::int32_t(0)) + Bytes(std::int32_t(width - 1)) +
-                          Bytes(std::int32_t(height - 1));
+  std::string list, box = BytesOf(std::int32_t(0)) + BytesOf(std::int32_t(0)) +
+                          BytesOf(std::int32_t(width - 1)) + BytesOf(std::int32_t(height - 1));
   for (const auto& [name, value] : channels)
-    list += name + '\0' + Bytes(std::int32_t(2)) + Bytes(std::int32_t(0)) + Bytes(std::int32_t(1)) +
-            Bytes(std::int32_t(1));
-  std::string file = Bytes(std::int32_t(20000630)) + Bytes(std::int32_t(2));
+    list += name + '\0' + BytesOf(std::int32_t(2)) + BytesOf(std::int32_t(0)) + BytesOf(std::int32_t(1)) +
+            BytesOf(std::int32_t(1));
+  std::string file = BytesOf(std::int32_t(20000630)) + BytesOf(std::int32_t(2));
   file += Attribute("channels", "chlist", list + '\0') + Attribute("compression", "compression", {'\0'});
   file += Attribute("dataWindow", "box2i", box) + Attribute("displayWindow", "box2i", box);
-  file += Attribute("lineOrder", "lineOrder", {'\0'}) + Attribute("pixelAspectRatio", "float", Bytes(1.0f));
-  file += Attribute("screenWindowCenter", "v2f", Bytes(0.0f) + Bytes(0.0f));
-  file += Attribute("screenWindowWidth", "float", Bytes(1.0f)) + '\0';
+  file += Attribute("lineOrder", "lineOrder", {'\0'}) + Attribute("pixelAspectRatio", "float", BytesOf(1.0f));
+  file += Attribute("screenWindowCenter", "v2f", BytesOf(0.0f) + BytesOf(0.0f));
+  file += Attribute("screenWindowWidth", "float", BytesOf(1.0f)) + '\0';
   const std::size_t line = 4 * std::size_t(width) * channels.size(),
                     first = file.size() + 8 * std::size_t(height);
-  for (int y = 0; y < height; ++y) file += Bytes(std::uint64_t(first + std::size_t(y) * (line + 8)));
+  for (int y = 0; y < height; ++y) file += BytesOf(std::uint64_t(first + std::size_t(y) * (line + 8)));
   for (int y = 0; y < height; ++y) {
-    file += Bytes(std::int32_t(y)) + Bytes(std::int32_t(line));
+    file += BytesOf(std::int32_t(y)) + BytesOf(std::int32_t(line));
     for (const auto& [name, value] : channels)
-      for (int x = 0; x < width; ++x) file += Bytes(value);
+      for (int x = 0; x < width; ++x) file += BytesOf(value);
   }
   return file;
 }

@@ -157,7 +157,7 @@ TEST_F(GigeTest, FramesArriveByteForByte) {
 
 TEST_F(GigeTest, LostPacketsAreSentAgain) {
   GigeServerOptions gige;
-  gige.faults.loss = 0.01;
+  gige.faults.loss = 0.04;
   const FrameCounts counts = RecordAndCompare(SmallScene("Mono12p", 20), gige, 60);
   EXPECT_EQ(counts.stored, 60u);
   EXPECT_EQ(counts.lost, 0u) << Describe(counts);

@@ -17,8 +17,6 @@ namespace polarscan::test {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int kFailed = 1, kWrongUsage = 2;
-
 Image<std::uint8_t> Noise(int width, int height, std::uint64_t seed) {
   Image<std::uint8_t> image(width, height);
   Random random(seed);

@@ -6,6 +6,7 @@
 #include <csignal>
 #include <thread>
 
+#include "acquisition/session/session_reader.h"
 #include "core/files.h"
 #include "core/random.h"
 #include "program.h"
@@ -13,8 +14,6 @@
 namespace polarscan::test {
 namespace fs = std::filesystem;
 namespace {
-
-constexpr int kDone = 0, kFailed = 1, kWrongUsage = 2, kDataLost = 3;
 
 using Words = std::vector<std::string>;
 
@@ -55,8 +54,8 @@ TEST_F(CaptureProgram, AFewFramesAreRecordedAndTheResultIsJsonOnStdout) {
 }
 
 TEST_F(CaptureProgram, LostFramesAreSaidAndTheExitCodeTellsToo) {
-  const Outcome outcome =
-      RunPolarscan(CaptureWords(session(), {"--frames", "30", "--set", "fps=500", "--set", "frame-loss=0.3"}));
+  const Outcome outcome = RunPolarscan(
+      CaptureWords(session(), {"--frames", "30", "--set", "fps=500", "--set", "frame-loss=0.3"}));
   EXPECT_EQ(outcome.exit_code, kDataLost) << outcome.err;
   EXPECT_NE(outcome.err.find("never came"), std::string::npos) << outcome.err;
 }
@@ -93,7 +92,7 @@ TEST_F(CaptureProgram, KilledRecordingsHoldWholeFramesOnlyAndCanBeRepaired) {
 TEST_F(CaptureProgram, AFlippedBitIsFoundByCheckAndTheOtherFramesStayUsable) {
   ASSERT_EQ(RunPolarscan(CaptureWords(session(), {"--frames", "4", "--set", "fps=100"})).exit_code, kDone);
   std::string bytes = ReadFile(segment());
-  bytes[bytes.size() / 2 + 100] ^= 4;
+  bytes[bytes.size() / 2 + 1000] ^= 4;  // in a payload
   WriteFileAtomically(segment(), bytes);
   const nlohmann::json found = CheckJson(kDataLost);
   EXPECT_EQ(found["frames"], 3);
@@ -143,6 +142,48 @@ TEST_F(CaptureProgram, WithoutACameraTheMessageNamesTheOnesThatNeedNoHardware) {
   EXPECT_EQ(outcome.exit_code, kFailed);
   EXPECT_NE(outcome.err.find("--camera simulated"), std::string::npos) << outcome.err;
   EXPECT_EQ(RunPolarscan({"capture"}).exit_code, kWrongUsage);
+}
+
+// Aravis' own programs take our camera for a real one.
+TEST_F(CaptureProgram, StockToolsReadAndStreamTheSimulatedGigeCamera) {
+  if (!HasProgram("arv-tool-0.8") || !HasProgram("arv-camera-test-0.8"))
+    GTEST_SKIP() << "arv-tool-0.8 and arv-camera-test-0.8 are not installed (aravis-tools-cli, aravis-tools)";
+  const std::string address =
+      "127.77." + std::to_string(getpid() / 250 % 250) + "." + std::to_string(1 + getpid() % 250);
+  Process camera(Polarscan({"simulate", "--gige", address, "--width", "128", "--height", "96", "--rings",
+                            "33:3", "--samples", "1", "--pixel-format", "Mono8", "--fps", "20"}));
+  Outcome features;
+  for (int round = 0; round < 30 && features.out.find("SensorWidth") == std::string::npos; ++round)
+    features = Process({"arv-tool-0.8", "-a", address, "values"}).Wait(20);
+  EXPECT_NE(features.out.find("'SensorWidth' = 128"), std::string::npos) << features.out << features.err;
+  EXPECT_NE(features.out.find("'PixelFormat' = 'Mono8'"), std::string::npos) << features.out;
+  const Outcome stream = Process({"arv-camera-test-0.8", "--name=" + address, "-a", "--duration=6"}).Wait(60);
+  const std::string key = "n_completed_buffers    = ";
+  const std::size_t at = stream.out.find(key);
+  ASSERT_NE(at, std::string::npos) << stream.out << stream.err;
+  EXPECT_GT(std::stoi(stream.out.substr(at + key.size())), 20) << stream.out;
+  camera.Signal(SIGINT);
+  EXPECT_EQ(camera.Wait(20).exit_code, kDone);
+}
+
+TEST_F(CaptureProgram, ARecordingPlayedAsAGigeCameraIsRecordedAgainByteForByte) {
+  ASSERT_EQ(RunPolarscan(CaptureWords(session(), {"--frames", "12", "--set", "fps=20"})).exit_code, kDone);
+  const std::string address =
+      "127.78." + std::to_string(getpid() / 250 % 250) + "." + std::to_string(1 + getpid() % 250);
+  Process camera(Polarscan({"replay", session().string(), "--gige", address}));
+  const fs::path again = folder_ / "again";
+  Outcome outcome;
+  for (int round = 0; round < 30 && outcome.exit_code != kDone; ++round)
+    outcome = RunPolarscan({"capture", "--camera", address, "-o", again.string(), "--frames", "12",
+                            "--layout", "90 45 / 135 0"});
+  ASSERT_EQ(outcome.exit_code, kDone) << outcome.err;
+  const auto payloads = [](const fs::path& folder) {
+    std::vector<std::uint64_t> hashes;
+    for (const StoredFrame& frame : OpenSession(folder, Verify::kPayloads).frames)
+      hashes.push_back(frame.hash);
+    return hashes;
+  };
+  EXPECT_EQ(payloads(again), payloads(session()));
 }
 
 TEST_F(CaptureProgram, ViewsOfASessionAreThoseOfItsExportedMosaics) {

@@ -23,6 +23,9 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
+// The program's exit codes.
+inline constexpr int kDone = 0, kFailed = 1, kWrongUsage = 2, kDataLost = 3;
+
 struct Outcome {
   int exit_code = -1;  // 128 + signal if it died of one
   std::string out, err;

@@ -19,7 +19,7 @@ Samples UnpackRow(const std::string& format, const Bytes& bytes, int width) {
   return {image.pixels().begin(), image.pixels().end()};
 }
 
-Image<std::uint16_t> Picture(int width, int height, int bits) {
+Image<std::uint16_t> Ramp(int width, int height, int bits) {
   Image<std::uint16_t> image(width, height);
   Random random(std::uint64_t(width * 100 + bits));
   for (std::uint16_t& sample : image.pixels()) sample = std::uint16_t(random.Below(1u << bits));
@@ -76,7 +76,7 @@ TEST(PixelFormat, WhatIsPackedComesBackForEverySizeAndFormat) {
     const PixelFormat format = ParsePixelFormat(std::string("Mono") + depth);
     for (int width = 1; width < 12; ++width)
       for (int height = 1; height < 4; ++height) {
-        const auto picture = Picture(width, height, format.bits);
+        const auto picture = Ramp(width, height, format.bits);
         const Bytes bytes = Pack(format, picture);
         ASSERT_EQ(bytes.size(), PayloadBytes(format, width, height));
         const auto again = Unpack(format, bytes, width, height);
