@@ -31,6 +31,7 @@ OptionTable CameraOnly(SimulatedCameraOptions& options) {
 
 void Serve(GigeSource source, const std::string& address, const GigeServerOptions& options,
            Context& context) {
+  source.camera.Start(context.progress);  // who finds the camera gets frames at once
   GigeServer server(std::move(source), address, options);
   context.progress.Info(fmt::format(
       "GigE Vision camera at {}, until Ctrl-C; polarscan capture --camera {} records it", address, address));
