@@ -51,6 +51,7 @@ struct StereoOptions {
 
   double vote_sigma = 0.006;
   double vote_support = 0.5;
+  double vote_trust = 0;
   double vote_angle_deg = 70;
   int vote_views = 24;
   int round_turns = 2;

@@ -10,7 +10,8 @@ namespace polarscan {
 RoundResult RunRound(const Problem& problem, const DepthNormalMap& own, const StereoOptions& options,
                      float sharpness) {
   const float sigma = float(options.vote_sigma) * sharpness;
-  const Vote vote = VoteForDepth(problem, own, {sigma, float(options.vote_support)});
+  const Vote vote =
+      VoteForDepth(problem, own, {sigma, float(options.vote_support), float(options.vote_trust)});
   DepthNormalMap map{vote.depth, own.normal};
   if (!options.depth_normal && problem.reference->polar.empty()) return {std::move(map), vote.confidence};
   IntegrationOptions integration;

@@ -9,7 +9,8 @@
 namespace polarscan {
 namespace {
 
-constexpr float kReach = 0.7f;  // pixels around its centre that a piece of surface covers
+constexpr float kLeastSupport = 1.0f;  // of a nearer mode: less is chance
+constexpr float kReach = 0.7f;         // pixels around its centre that a piece of surface covers
 
 struct Ballot {
   float depth = 0, weight = 0;
@@ -75,7 +76,29 @@ Ballot Support(std::span<const Ballot> ballots, float depth, float sigma) {
   return {sum > 0 ? depth + mean / sum : depth, sum};
 }
 
-Ballot NearestMode(std::span<Ballot> ballots, const VoteOptions& options) {
+Ballot MeanShift(std::span<const Ballot> ballots, Ballot mode, float relative_sigma) {
+  for (int i = 0; i < 6; ++i) mode = Support(ballots, mode.depth, relative_sigma * mode.depth);
+  return mode;
+}
+
+// Weight of the sources that see something behind a point of the reference's frame, that is, through it.
+float SeenThrough(const Problem& problem, const Eigen::Vector3f& point, float relative_sigma) {
+  float sum = 0;
+  for (const Source& source : problem.sources) {
+    const Eigen::Vector3f seen = source.rotation * point + source.translation;
+    if (seen.z() <= 0) continue;
+    const int x = int(std::floor(source.fx * seen.x() / seen.z() + source.cx)),
+              y = int(std::floor(source.fy * seen.y() / seen.z() + source.cy));
+    const Image<float>& depth = source.map->depth;
+    if (x < 0 || y < 0 || x >= depth.width() || y >= depth.height()) continue;
+    if (depth(x, y) <= seen.z() * (1 + 3 * relative_sigma)) continue;
+    sum += Weight(*source.view, x, y) * std::max(0.0f, -source.map->normal(x, y).dot(seen) / seen.norm());
+  }
+  return sum;
+}
+
+Ballot NearestMode(std::span<Ballot> ballots, const VoteOptions& options, const Problem& problem,
+                   const Eigen::Vector3f& ray) {
   std::ranges::sort(ballots, {}, &Ballot::depth);
   float best = 0;
   std::vector<float> supports(ballots.size());
@@ -83,11 +106,16 @@ Ballot NearestMode(std::span<Ballot> ballots, const VoteOptions& options) {
     supports[i] = Support(ballots, ballots[i].depth, options.sigma * ballots[i].depth).weight;
     best = std::max(best, supports[i]);
   }
-  std::size_t first = 0;
-  while (supports[first] < options.min_support * best) ++first;
-  Ballot mode = ballots[first];
-  for (int i = 0; i < 6; ++i) mode = Support(ballots, mode.depth, options.sigma * mode.depth);
-  return mode;
+  float asked = 0;  // the last mode that was asked for
+  for (std::size_t i = 0; i < ballots.size(); ++i) {
+    if (supports[i] >= options.min_support * best) return MeanShift(ballots, ballots[i], options.sigma);
+    if (options.trust <= 0 || supports[i] < kLeastSupport) continue;
+    const Ballot mode = MeanShift(ballots, ballots[i], options.sigma);
+    if (mode.depth <= asked * (1 + options.sigma)) continue;
+    asked = mode.depth;
+    if (mode.weight >= options.trust * SeenThrough(problem, mode.depth * ray, options.sigma)) return mode;
+  }
+  return {};  // not reached: one of them has the best support
 }
 
 }  // namespace
@@ -116,7 +144,7 @@ Vote VoteForDepth(const Problem& problem, const DepthNormalMap& own, const VoteO
           ballots.push_back(opinion.far_off);
       }
       if (ballots.empty()) continue;
-      const Ballot mode = NearestMode(ballots, options);
+      const Ballot mode = NearestMode(ballots, options, problem, ray);
       vote.depth(x, y) = mode.depth, vote.confidence(x, y) = mode.weight;
     }
   });

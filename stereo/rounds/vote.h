@@ -13,12 +13,15 @@ struct Vote {
 struct VoteOptions {
   float sigma = 0.006f;      // kernel, as a share of the depth
   float min_support = 0.3f;  // of the best mode's support, for a nearer mode to win
+  float trust =
+      0;  // a nearer mode also wins with this many times the weight of those that see through it; 0: no
 };
 
 // Every view's map confronted with the others: the sources' surfaces are drawn into the reference view (each
 // pixel as a small piece of its plane, the nearest piece wins), and each pixel takes the nearest depth that
-// has enough support, by mean shift. A thin part in front of a large surface so keeps its place. Pixels
-// without any estimate stay 0. The sources' maps must be there.
+// has enough support, by mean shift. A thin part in front of a large surface so keeps its place. So does a
+// plain part in front of a textured surface: the surface behind it is no witness against it, only views that
+// see through it are (`trust`). Pixels without any estimate stay 0. The sources' maps must be there.
 Vote VoteForDepth(const Problem& problem, const DepthNormalMap& own, const VoteOptions& options);
 
 }  // namespace polarscan
