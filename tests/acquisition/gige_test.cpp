@@ -30,7 +30,7 @@ SimulatedCameraOptions SmallScene(const std::string& format, double fps) {
 class ServedCamera {
  public:
   ServedCamera(const SimulatedCameraOptions& options, const GigeServerOptions& gige)
-      : camera_(OpenSimulatedCamera(options)),
+      : camera_(Started(options)),
         server_({*camera_,
                  options.simulator.width,
                  options.simulator.height,
@@ -52,6 +52,14 @@ class ServedCamera {
   GigeCounts counts() const { return server_.counts(); }
 
  private:
+  // Its pictures are ready, so that a client gets frames at once.
+  static std::unique_ptr<Camera> Started(const SimulatedCameraOptions& options) {
+    std::unique_ptr<Camera> camera = OpenSimulatedCamera(options);
+    Progress silent;
+    camera->Start(silent);
+    return camera;
+  }
+
   std::unique_ptr<Camera> camera_;
   Progress stop_;
   GigeServer server_;
