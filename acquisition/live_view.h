@@ -20,8 +20,7 @@ struct LiveView {
       0;  // mean squared Laplacian of S0 over its mean square, in 1000ths: compare, do not read
 };
 
-// Throws Error if the frame's format is no raw mosaic. Without a layout ("", not told by the camera) the
-// angles of Layout's default are assumed.
+// bits: of the sensor; full scale is 2^bits - 1. Throws Error if the frame's format is no raw mosaic.
 LiveView LookAt(const Frame& frame, const Layout& layout, int bits, int largest_side);
 
 // What to do about it, in words, by cause ("clipped", "dark").

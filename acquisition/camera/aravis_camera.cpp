@@ -14,8 +14,8 @@
 #include <atomic>
 #include <cstring>
 
-#include "acquisition/camera/back_off.h"
 #include "acquisition/camera/pacer.h"
+#include "acquisition/camera/returning_camera.h"
 #include "core/descriptor.h"
 #include "core/error.h"
 #include "demosaic/pixel_format.h"
@@ -86,13 +86,13 @@ int MtuOf(GSocketAddress* address) {
   return ::ioctl(socket.fd, SIOCGIFMTU, &request) == 0 ? request.ifr_mtu : 1500;
 }
 
-class AravisCamera : public Camera {
+class AravisCamera : public ReturningCamera {
  public:
   explicit AravisCamera(const std::string& name) : name_(name) {
     Open(name);
     ReadInfo();
   }
-  ~AravisCamera() override { Close(); }
+  ~AravisCamera() override { AravisCamera::Close(); }
 
   CameraInfo info() const override { return info_; }
 
@@ -145,35 +145,59 @@ class AravisCamera : public Camera {
     return values;
   }
 
-  void Set(const std::string& feature, const std::string& value) override {
+  void Stop() override {
+    if (stream_ && !control_lost_) arv_camera_stop_acquisition(camera_.get(), nullptr);
+    stream_.reset();
+  }
+
+ protected:
+  void Apply(const std::string& feature, const std::string& value) override {
     if (feature == "buffers") {
       buffers_ = std::clamp(std::atoi(value.c_str()), 2, 1000);
       return;
     }
-    Apply(feature, value);
-    std::erase_if(settings_, [&](const auto& setting) { return setting.first == feature; });
-    settings_.emplace_back(feature, value);
+    if (!Has(feature.c_str()))
+      throw Error("the camera has no such feature now", feature, "arv-tool-0.8 features lists what it has");
+    Failure failure;
+    arv_device_set_features_from_string(Device(), (feature + "=" + value).c_str(), &failure);
+    failure.Throw("the camera refuses this value", feature + "=" + value);
   }
 
-  void Start(Progress& progress) override {
-    progress_ = &progress;
+  void Begin(bool again) override {
     ChoosePixelFormat();
     SwitchAutomaticOff();
     RefuseWhatChangesTheLayout();
-    Begin();
+    const std::string format = TextFeature("PixelFormat");
+    if (again && format != format_) throw Error("the camera came back with another pixel format", format);
+    format_ = format;
+    if (IsGige()) NegotiatePackets();
+    StartStream();
   }
 
-  Delivery Next(Frame& frame, std::chrono::milliseconds timeout) override {
-    if (control_lost_) return TryToReturn(timeout, frame);
+  Delivery Receive(Frame& frame, std::chrono::milliseconds timeout) override {
+    if (control_lost_) {
+      Leave("control lost");
+      return Delivery::kNothing;
+    }
     const Object<ArvBuffer> buffer(
         arv_stream_timeout_pop_buffer(stream_.get(), guint64(timeout.count()) * 1000));
-    if (!buffer) return Delivery::kNothing;
-    return Take(buffer.get(), frame);
+    return buffer ? Take(buffer.get(), frame) : Delivery::kNothing;
   }
 
-  void Stop() override {
-    if (stream_ && !control_lost_) arv_camera_stop_acquisition(camera_.get(), nullptr);
-    stream_.reset();
+  void Close() override {
+    if (!camera_) return;
+    AravisCamera::Stop();
+    g_signal_handlers_disconnect_by_data(Device(), this);
+    camera_.reset();
+  }
+
+  // By serial number, since its address may be another one now.
+  void Reopen() override {
+    arv_update_device_list();
+    std::string name;
+    for (unsigned i = 0; i < arv_get_n_devices(); ++i)
+      if (Text(arv_get_device_serial_nbr(i)) == info_.serial) name = Text(arv_get_device_id(i));
+    Open(name.empty() ? name_ : name);
   }
 
  private:
@@ -204,12 +228,6 @@ class AravisCamera : public Camera {
              Text(arv_camera_get_device_serial_number(camera_.get(), nullptr))};
   }
 
-  void Close() {
-    Stop();
-    if (camera_) g_signal_handlers_disconnect_by_data(Device(), this);
-    camera_.reset();
-  }
-
   ArvDevice* Device() const { return arv_camera_get_device(camera_.get()); }
   bool IsGige() const { return arv_camera_is_gv_device(camera_.get()); }
 
@@ -228,31 +246,22 @@ class AravisCamera : public Camera {
     return Text(arv_gc_feature_node_get_value_as_string(ARV_GC_FEATURE_NODE(node), &ignored));
   }
 
-  void Apply(const std::string& feature, const std::string& value) {
-    if (!Has(feature.c_str()))
-      throw Error("the camera has no such feature now", feature, "arv-tool-0.8 features lists what it has");
-    Failure failure;
-    arv_device_set_features_from_string(Device(), (feature + "=" + value).c_str(), &failure);
-    failure.Throw("the camera refuses this value", feature + "=" + value);
-  }
-
   // A value of the camera's that the user has not asked for.
   void Prefer(const char* feature, const std::string& value, const std::string& why) {
-    const auto given = [&](const auto& setting) { return setting.first == feature; };
-    if (std::ranges::any_of(settings_, given) || !Has(feature)) return;
+    if (IsSet(feature) || !Has(feature)) return;
     const std::string before = TextFeature(feature);
     if (before == value) return;
     Failure failure;
     arv_device_set_features_from_string(Device(), fmt::format("{}={}", feature, value).c_str(), &failure);
     if (failure) {
-      progress_->Warn(fmt::format("{} is {} and cannot be set to {}: {}", feature, before, value, why));
+      progress().Warn(fmt::format("{} is {} and cannot be set to {}: {}", feature, before, value, why));
     } else {
-      progress_->Info(fmt::format("{} set from {} to {}: {}", feature, before, value, why));
+      progress().Info(fmt::format("{} set from {} to {}: {}", feature, before, value, why));
     }
   }
 
   void ChoosePixelFormat() {
-    if (std::ranges::any_of(settings_, [](const auto& s) { return s.first == "PixelFormat"; })) return;
+    if (IsSet("PixelFormat")) return;
     guint count = 0;
     const char** names = arv_camera_dup_available_pixel_formats_as_strings(camera_.get(), &count, nullptr);
     std::string best;
@@ -292,12 +301,10 @@ class AravisCamera : public Camera {
   }
 
   // Streaming.
-  void Begin() {
+  void StartStream() {
     Failure failure;
-    if (IsGige()) NegotiatePackets();
     payload_bytes_ = arv_camera_get_payload(camera_.get(), &failure);
     failure.Throw("the camera does not say how large a frame is", info_.id);
-    format_ = TextFeature("PixelFormat");
     stream_.reset(arv_camera_create_stream(camera_.get(), nullptr, nullptr, &failure));
     failure.Throw("no stream from the camera", info_.id);
     if (ARV_IS_GV_STREAM(stream_.get()))
@@ -312,7 +319,7 @@ class AravisCamera : public Camera {
 
   // The largest packets that get through whole: more than the MTU would be cut up on the way.
   void NegotiatePackets() {
-    if (std::ranges::any_of(settings_, [](const auto& s) { return s.first == "GevSCPSPacketSize"; })) return;
+    if (IsSet("GevSCPSPacketSize")) return;
     GSocketAddress* address = arv_gv_device_get_interface_address(ARV_GV_DEVICE(Device()));
     const int mtu = std::min(MtuOf(address), kLargestPacket);
     Failure failure;
@@ -320,7 +327,7 @@ class AravisCamera : public Camera {
     const int size = failure || found < kSmallestPacket ? std::min(mtu, 1500) : std::min(found, mtu);
     Failure ignored;
     arv_camera_gv_set_packet_size(camera_.get(), size, &ignored);
-    progress_->Info(fmt::format("packets of {} bytes", size));
+    progress().Info(fmt::format("packets of {} bytes", size));
   }
 
   void GiveBuffer(Payload memory) {
@@ -333,8 +340,7 @@ class AravisCamera : public Camera {
 
   Delivery Take(ArvBuffer* buffer, Frame& frame) {
     FrameInfo info;
-    info.sequence = base_ + numbers_.Unwrap(arv_buffer_get_frame_id(buffer));
-    last_ = info.sequence;
+    info.sequence = Number(numbers_.Unwrap(arv_buffer_get_frame_id(buffer)));
     info.camera_time_ns = std::int64_t(arv_buffer_get_timestamp(buffer));
     info.host_time_ns = HostTimeNs();
     info.pixel_format = format_;
@@ -375,46 +381,6 @@ class AravisCamera : public Camera {
     return "";
   }
 
-  // After control was lost: one try to open the camera again, not more often than the back-off allows.
-  Delivery TryToReturn(std::chrono::milliseconds timeout, Frame& frame) {
-    if (camera_) {
-      progress_->Warn("the camera is gone; looking for it");
-      back_off_.Begin();
-      Close();
-    }
-    if (!back_off_.WaitUntilDue(timeout)) return Delivery::kNothing;
-    try {
-      Reopen();
-    } catch (const Error& error) {
-      if (camera_) Close();
-      control_lost_ = true;
-      back_off_.Failed();
-      progress_->Info(error.what());
-      return Delivery::kNothing;
-    }
-    frame.info = {};
-    frame.info.sequence = base_ = last_ + 1;
-    frame.info.name = fmt::format("camera gone for {:.1f} s", back_off_.Seconds());
-    progress_->Warn(fmt::format("the camera is back after {:.1f} s", back_off_.Seconds()));
-    return Delivery::kRestarted;
-  }
-
-  // By serial number, since its address may be another one now; then all settings, each read back.
-  void Reopen() {
-    arv_update_device_list();
-    std::string name;
-    for (unsigned i = 0; i < arv_get_n_devices(); ++i)
-      if (Text(arv_get_device_serial_nbr(i)) == info_.serial) name = Text(arv_get_device_id(i));
-    Open(name.empty() ? name_ : name);
-    for (const auto& [feature, value] : settings_) Apply(feature, value);
-    ChoosePixelFormat();
-    SwitchAutomaticOff();
-    RefuseWhatChangesTheLayout();
-    if (TextFeature("PixelFormat") != format_)
-      throw Error("the camera came back with another pixel format", TextFeature("PixelFormat"));
-    Begin();
-  }
-
   struct Shape {
     std::uint32_t code;
     int width, height;
@@ -425,15 +391,11 @@ class AravisCamera : public Camera {
   CameraInfo info_;
   Object<ArvCamera> camera_;
   Object<ArvStream> stream_;
-  std::vector<std::pair<std::string, std::string>> settings_;  // by the user, in order
-  Progress* progress_ = nullptr;
   int buffers_ = 24;
   std::size_t payload_bytes_ = 0;
   FrameNumbers numbers_{true};
   std::optional<Shape> first_;
-  std::uint64_t base_ = 0, last_ = 0;  // number of the first frame since (re)start; of the last one
   std::atomic<bool> control_lost_ = false;
-  BackOff back_off_;
 };
 
 }  // namespace

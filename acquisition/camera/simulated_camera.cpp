@@ -90,11 +90,16 @@ class SimulatedCamera : public Camera {
     format_ = ParsePixelFormat(options_.pixel_format);
     SimulatorOptions scene = options_.simulator;
     scene.scene.seed = scene.seed;
-    if (std::exchange(exposed_bits_, format_.bits) != format_.bits)
-      exposures_ = Expose(scene, Sensor(), progress);
+    // What takes long is not done again for the same settings.
+    json frames = features();
+    for (const char* later : {"fps", "frame-loss"}) frames.erase(later);
+    json pictures = frames;
+    for (const char* of_frames : {"pixel-format", "hold", "prepared"}) pictures.erase(of_frames);
+    pictures["bits"] = format_.bits;
+    if (std::exchange(pictures_, pictures) != pictures) exposures_ = Expose(scene, Sensor(), progress);
     normal_ = NormalNumbers(scene.seed);
     sigma_ = NoiseOfCounts(Sensor());
-    Prepare();
+    if (std::exchange(frames_, frames) != frames) Prepare();
     next_ = 0;
     pacer_.Start();
   }
@@ -164,7 +169,7 @@ class SimulatedCamera : public Camera {
 
   SimulatedCameraOptions options_;
   PixelFormat format_;
-  int exposed_bits_ = 0;  // of the samples in exposures_
+  json pictures_, frames_;  // settings that exposures_ and prepared_ were made with
   std::vector<Exposure> exposures_;
   std::vector<float> normal_, sigma_;
   std::vector<std::vector<std::uint8_t>> prepared_;

@@ -18,8 +18,8 @@
 #include <set>
 #include <span>
 
-#include "acquisition/camera/back_off.h"
 #include "acquisition/camera/pacer.h"
+#include "acquisition/camera/returning_camera.h"
 #include "core/descriptor.h"
 #include "core/error.h"
 #include "core/files.h"
@@ -137,7 +137,7 @@ class Buffers {
   std::vector<std::span<const std::uint8_t>> memory_;
 };
 
-class V4l2Camera : public Camera {
+class V4l2Camera : public ReturningCamera {
  public:
   explicit V4l2Camera(const std::string& device) : device_(device) { Open(); }
   ~V4l2Camera() override { V4l2Camera::Stop(); }
@@ -162,40 +162,71 @@ class V4l2Camera : public Camera {
     return values;
   }
 
-  void Set(const std::string& feature, const std::string& value) override {
-    Apply(feature, value);
-    std::erase_if(settings_, [&](const auto& setting) { return setting.first == feature; });
-    settings_.emplace_back(feature, value);
-  }
-
-  void Start(Progress& progress) override {
-    progress_ = &progress;
-    CheckLayout();
-    started_ = picture_;
-    Begin();
-  }
-
-  Delivery Next(Frame& frame, std::chrono::milliseconds timeout) override {
-    if (!buffers_) return TryToReturn(timeout, frame);
-    pollfd ready{fd(), POLLIN, 0};
-    const int n = ::poll(&ready, 1, int(timeout.count()));
-    if (n == 0 || (n < 0 && errno == EINTR)) return Delivery::kNothing;
-    v4l2_buffer buffer = Buffers::Buffer(0);
-    if (Ask(fd(), VIDIOC_DQBUF, &buffer) < 0) {
-      if (errno != EAGAIN) Break(std::strerror(errno));
-      return Delivery::kNothing;
-    }
-    const Delivery delivery = Take(buffer, frame);
-    if (!buffers_->Give(buffer.index)) Break(std::strerror(errno));
-    return delivery;
-  }
-
   void Stop() override {
     if (!buffers_) return;
     int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
     Ask(fd(), VIDIOC_STREAMOFF, &type);
     buffers_.reset();
   }
+
+ protected:
+  void Apply(const std::string& feature, const std::string& value) override {
+    v4l2_format format = CurrentFormat();
+    const double number = std::strtod(value.c_str(), nullptr);
+    if (feature == "pixel-format") {
+      format.fmt.pix.pixelformat = CodeOf(value);
+      SetFormat(format);
+    } else if (feature == "width" || feature == "height") {
+      (feature == "width" ? format.fmt.pix.width : format.fmt.pix.height) = std::uint32_t(number);
+      SetFormat(format);
+    } else if (feature == "fps") {
+      SetFramesPerSecond(number);
+    } else if (feature == "input") {
+      int input = int(number);
+      if (Ask(fd(), VIDIOC_S_INPUT, &input) < 0) ThrowSystemError("the camera has no such input", value);
+    } else if (feature == "buffers") {
+      buffer_count_ = std::clamp(int(number), 2, 32);
+    } else {
+      SetControl(feature, std::int32_t(number));
+    }
+  }
+
+  void Begin(bool again) override {
+    CheckLayout();
+    if (again && (picture_.pixelformat != started_.pixelformat || picture_.width != started_.width ||
+                  picture_.height != started_.height))
+      throw Error("the camera came back with another picture format", device_);
+    started_ = picture_;
+    buffers_ = std::make_unique<Buffers>(fd(), buffer_count_, device_);
+    int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    if (Ask(fd(), VIDIOC_STREAMON, &type) < 0) {
+      const int reason = errno;
+      buffers_.reset();
+      errno = reason;
+      ThrowSystemError("the camera does not start", device_);
+    }
+    first_.reset();
+  }
+
+  Delivery Receive(Frame& frame, std::chrono::milliseconds timeout) override {
+    pollfd ready{fd(), POLLIN, 0};
+    const int n = ::poll(&ready, 1, int(timeout.count()));
+    if (n == 0 || (n < 0 && errno == EINTR)) return Delivery::kNothing;
+    v4l2_buffer buffer = Buffers::Buffer(0);
+    if (Ask(fd(), VIDIOC_DQBUF, &buffer) < 0) {
+      if (errno != EAGAIN) Leave(std::strerror(errno));
+      return Delivery::kNothing;
+    }
+    const Delivery delivery = Take(buffer, frame);
+    if (!buffers_->Give(buffer.index)) Leave(std::strerror(errno));
+    return delivery;
+  }
+
+  void Close() override {
+    V4l2Camera::Stop();
+    file_.reset();
+  }
+  void Reopen() override { Open(); }
 
  private:
   int fd() const { return file_ ? file_->fd : -1; }
@@ -265,27 +296,6 @@ class V4l2Camera : public Camera {
     return time.numerator ? double(time.denominator) / time.numerator : 0;
   }
 
-  void Apply(const std::string& feature, const std::string& value) {
-    v4l2_format format = CurrentFormat();
-    const double number = std::strtod(value.c_str(), nullptr);
-    if (feature == "pixel-format") {
-      format.fmt.pix.pixelformat = CodeOf(value);
-      SetFormat(format);
-    } else if (feature == "width" || feature == "height") {
-      (feature == "width" ? format.fmt.pix.width : format.fmt.pix.height) = std::uint32_t(number);
-      SetFormat(format);
-    } else if (feature == "fps") {
-      SetFramesPerSecond(number);
-    } else if (feature == "input") {
-      int input = int(number);
-      if (Ask(fd(), VIDIOC_S_INPUT, &input) < 0) ThrowSystemError("the camera has no such input", value);
-    } else if (feature == "buffers") {
-      buffer_count_ = std::clamp(int(number), 2, 32);
-    } else {
-      SetControl(feature, std::int32_t(number));
-    }
-  }
-
   std::uint32_t CodeOf(const std::string& name) const {
     std::string offered;
     for (const Fourcc* format : OfferedFormats(fd())) {
@@ -330,23 +340,11 @@ class V4l2Camera : public Camera {
     }
   }
 
-  void Begin() {
-    buffers_ = std::make_unique<Buffers>(fd(), buffer_count_, device_);
-    int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-    if (Ask(fd(), VIDIOC_STREAMON, &type) < 0) {
-      const int reason = errno;
-      buffers_.reset();
-      errno = reason;
-      ThrowSystemError("the camera does not start", device_);
-    }
-    first_.reset();
-  }
-
   Delivery Take(const v4l2_buffer& buffer, Frame& frame) {
     if (!first_) first_ = buffer.sequence;
     FrameInfo& info = frame.info;
     info = {};
-    info.sequence = last_ = base_ + (buffer.sequence - *first_);
+    info.sequence = Number(buffer.sequence - *first_);
     info.camera_time_ns =
         std::int64_t(buffer.timestamp.tv_sec) * 1'000'000'000 + buffer.timestamp.tv_usec * 1000;
     info.host_time_ns = HostTimeNs();
@@ -364,46 +362,12 @@ class V4l2Camera : public Camera {
     return Delivery::kFrame;
   }
 
-  // The stream is over: by a fatal error, or the device is gone.
-  void Break(const std::string& reason) {
-    progress_->Warn(fmt::format("the camera's stream broke ({}); starting it again", reason));
-    back_off_.Begin();
-    Stop();
-    file_.reset();
-  }
-
-  Delivery TryToReturn(std::chrono::milliseconds timeout, Frame& frame) {
-    if (!back_off_.WaitUntilDue(timeout)) return Delivery::kNothing;
-    try {
-      Open();
-      for (const auto& [feature, value] : settings_) Apply(feature, value);
-      if (picture_.pixelformat != started_.pixelformat || picture_.width != started_.width ||
-          picture_.height != started_.height)
-        throw Error("the camera came back with another picture format", device_);
-      CheckLayout();
-      Begin();
-    } catch (const Error& error) {
-      file_.reset();
-      back_off_.Failed();
-      progress_->Info(error.what());
-      return Delivery::kNothing;
-    }
-    frame.info = {};
-    frame.info.sequence = base_ = last_ + 1;
-    frame.info.name = fmt::format("camera gone for {:.1f} s", back_off_.Seconds());
-    return Delivery::kRestarted;
-  }
-
   std::string device_;
   std::unique_ptr<Descriptor> file_;
   v4l2_pix_format picture_{}, started_{};
-  std::vector<std::pair<std::string, std::string>> settings_;
   int buffer_count_ = 8;
-  Progress* progress_ = nullptr;
   std::unique_ptr<Buffers> buffers_;
   std::optional<std::uint32_t> first_;  // the driver's number of the first frame since (re)start
-  std::uint64_t base_ = 0, last_ = 0;
-  BackOff back_off_;
 };
 
 std::string ByIdLink(const fs::path& device) {

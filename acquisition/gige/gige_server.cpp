@@ -22,7 +22,7 @@ using Kind = GigeFeature::Kind;
 
 constexpr auto kPoll = std::chrono::milliseconds(20);
 constexpr std::uint32_t kInControl = 0x2, kExclusive = 0x1;
-constexpr std::size_t kLeastPacket = 576, kMostPacket = 65000, kLargestDatagram = 65536;
+constexpr std::size_t kLargestDatagram = 65536;
 
 std::vector<GigeFeature> FeaturesOf(const GigeSource& source) {
   GigeFeature formats{"PixelFormat", Kind::kEnumeration, true};
@@ -108,7 +108,6 @@ class GigeServer::Implementation {
   void Run(Progress& progress) {
     std::thread stream([&] {
       try {
-        source_.camera.Start(progress);  // what takes long is done before a client asks for frames
         Stream(progress);
       } catch (const Cancelled&) {
       } catch (...) {
@@ -232,7 +231,7 @@ class GigeServer::Implementation {
 
   static bool PacketSizeAllowed(std::uint32_t word) {
     const std::uint32_t size = word & GigeRegisters::kPacketSizeBits;
-    return size >= kLeastPacket && size <= kMostPacket;
+    return size >= gvsp::kLeastPacket && size <= gvsp::kMostPacket;
   }
 
   void TakeControl(const sockaddr_in& from) {

@@ -10,9 +10,9 @@ constexpr std::uint8_t kKey = 0x42, kAnswerFlag = 0x01;
 constexpr std::uint8_t kLeader = 1, kTrailer = 2, kData = 3;
 constexpr std::uint16_t kImagePayload = 1;
 
-Bytes Header(std::uint16_t status, std::uint16_t block, std::uint8_t content, std::uint32_t number) {
+Bytes Header(std::uint16_t block, std::uint8_t content, std::uint32_t number) {
   Bytes bytes;
-  PutBig<std::uint16_t>(bytes, status);
+  PutBig<std::uint16_t>(bytes, 0);  // status
   PutBig<std::uint16_t>(bytes, block);
   PutBig<std::uint32_t>(bytes, std::uint32_t(content) << 24 | (number & 0xffffff));
   return bytes;
@@ -65,7 +65,7 @@ std::uint32_t DataPackets(std::size_t bytes, std::size_t packet_size) {
 }
 
 Bytes Leader(const Image& image) {
-  Bytes bytes = Header(0, image.block, kLeader, 0);
+  Bytes bytes = Header(image.block, kLeader, 0);
   PutBig<std::uint16_t>(bytes, 0);
   PutBig<std::uint16_t>(bytes, kImagePayload);
   PutBig<std::uint64_t>(bytes, image.timestamp);
@@ -75,18 +75,14 @@ Bytes Leader(const Image& image) {
   return bytes;
 }
 
-Bytes DataHeader(std::uint16_t block, std::uint32_t number) { return Header(0, block, kData, number); }
+Bytes DataHeader(std::uint16_t block, std::uint32_t number) { return Header(block, kData, number); }
 
 Bytes Trailer(const Image& image, std::uint32_t number) {
-  Bytes bytes = Header(0, image.block, kTrailer, number);
+  Bytes bytes = Header(image.block, kTrailer, number);
   PutBig<std::uint16_t>(bytes, 0);
   PutBig<std::uint16_t>(bytes, kImagePayload);
   PutBig<std::uint32_t>(bytes, image.height);
   return bytes;
-}
-
-Bytes Unavailable(std::uint16_t block, std::uint32_t number) {
-  return Header(kPacketUnavailable, block, kData, number);
 }
 
 }  // namespace gvsp

@@ -55,8 +55,8 @@ std::optional<Resend> ParseResend(ByteView payload);
 // numbered from 1, and a trailer.
 namespace gvsp {
 constexpr std::size_t kHeaderBytes = 8;
-constexpr std::size_t kIpUdpBytes = 28;  // GevSCPSPacketSize counts them
-constexpr std::uint16_t kPacketUnavailable = 0x800C;
+constexpr std::size_t kIpUdpBytes = 28;                         // GevSCPSPacketSize counts them
+constexpr std::size_t kLeastPacket = 576, kMostPacket = 65000;  // that we allow it to be
 
 struct Image {
   std::uint16_t block = 0;
@@ -74,7 +74,6 @@ Bytes Leader(const Image& image);
 // The 8 bytes before the data of packet `number` (1, 2, ...).
 Bytes DataHeader(std::uint16_t block, std::uint32_t number);
 Bytes Trailer(const Image& image, std::uint32_t number);
-Bytes Unavailable(std::uint16_t block, std::uint32_t number);
 }  // namespace gvsp
 
 // The 32-bit code of a standard pixel format (PFNC 2.4) by its name. Nothing for other names: vendors' codes

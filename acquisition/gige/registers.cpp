@@ -74,8 +74,10 @@ std::string PacketSizeBits(const std::string& name, const std::string& bits) {
 }
 
 std::string PacketSizeNodes() {
-  return "<Integer Name=\"GevSCPSPacketSize\"><pValue>GevSCPSPacketSizeRegister</pValue><Min>576</Min>"
-         "<Max>65000</Max><Inc>4</Inc></Integer>\n" +
+  return fmt::format(
+             "<Integer Name=\"GevSCPSPacketSize\"><pValue>GevSCPSPacketSizeRegister</pValue><Min>{}</Min>"
+             "<Max>{}</Max><Inc>4</Inc></Integer>\n",
+             gvsp::kLeastPacket, gvsp::kMostPacket) +
          PacketSizeBits("GevSCPSPacketSize", "<LSB>31</LSB><MSB>16</MSB>") +
          "<Boolean Name=\"GevSCPSDoNotFragment\"><pValue>GevSCPSDoNotFragmentRegister</pValue></Boolean>\n" +
          PacketSizeBits("GevSCPSDoNotFragment", "<Bit>1</Bit>") +

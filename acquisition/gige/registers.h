@@ -39,7 +39,7 @@ class GigeRegisters {
     kPacketDelay = 0x0D08,
     kStreamAddress = 0x0D18,
   };
-  static constexpr std::uint32_t kFireTest = 1u << 31, kDoNotFragment = 1u << 30, kPacketSizeBits = 0xffff;
+  static constexpr std::uint32_t kFireTest = 1u << 31, kPacketSizeBits = 0xffff;
 
   GigeRegisters(const GigeIdentity& identity, std::vector<GigeFeature> features);
 

@@ -125,8 +125,10 @@ FrameCounts CountsOf(const Session& session) {
   counts.stored = session.frames.size();
   for (const StoredFrame& frame : session.frames) counts.bytes += frame.bytes;
   for (const MissingFrames& missing : session.missing) {
-    if (missing.count == 0) ++counts.restarts;
-    if (missing.count == 0) continue;
+    if (missing.count == 0) {
+      ++counts.restarts;
+      continue;
+    }
     (missing.reason.starts_with("dropped") ? counts.dropped : counts.lost) += missing.count;
     counts.reasons[missing.reason] += missing.count;
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Recording through the program as users meet it: Ctrl-C, kill -9, a full disk, damage, and the way from a
 // session to views.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <csignal>
@@ -33,6 +34,10 @@ bool WaitFor(const fs::path& path, Process& process) {
 class CaptureProgram : public testing::Test {
  protected:
   fs::path session() const { return folder_ / "session"; }
+  // An address for a GigE camera that no other test has.
+  static std::string OwnAddress(int net) {
+    return fmt::format("127.{}.{}.{}", net, getpid() / 250 % 250, 1 + getpid() % 250);
+  }
   fs::path segment() const { return session() / "segments" / "000000.seg"; }
   nlohmann::json CheckJson(int expected_code) {
     const Outcome outcome = RunPolarscan({"--json", "check", session().string()});
@@ -148,8 +153,7 @@ TEST_F(CaptureProgram, WithoutACameraTheMessageNamesTheOnesThatNeedNoHardware) {
 TEST_F(CaptureProgram, StockToolsReadAndStreamTheSimulatedGigeCamera) {
   if (!HasProgram("arv-tool-0.8") || !HasProgram("arv-camera-test-0.8"))
     GTEST_SKIP() << "arv-tool-0.8 and arv-camera-test-0.8 are not installed (aravis-tools-cli, aravis-tools)";
-  const std::string address =
-      "127.77." + std::to_string(getpid() / 250 % 250) + "." + std::to_string(1 + getpid() % 250);
+  const std::string address = OwnAddress(77);
   Process camera(Polarscan({"simulate", "--gige", address, "--width", "128", "--height", "96", "--rings",
                             "33:3", "--samples", "1", "--pixel-format", "Mono8", "--fps", "20"}));
   Outcome features;
@@ -168,8 +172,7 @@ TEST_F(CaptureProgram, StockToolsReadAndStreamTheSimulatedGigeCamera) {
 
 TEST_F(CaptureProgram, ARecordingPlayedAsAGigeCameraIsRecordedAgainByteForByte) {
   ASSERT_EQ(RunPolarscan(CaptureWords(session(), {"--frames", "12", "--set", "fps=20"})).exit_code, kDone);
-  const std::string address =
-      "127.78." + std::to_string(getpid() / 250 % 250) + "." + std::to_string(1 + getpid() % 250);
+  const std::string address = OwnAddress(78);
   Process camera(Polarscan({"replay", session().string(), "--gige", address}));
   const fs::path again = folder_ / "again";
   Outcome outcome;

@@ -88,16 +88,17 @@ TEST(Vote, RepairsWrongDepthsOfOneViewFromTheOthers) {
   EXPECT_LT(off, count / 50);
 }
 
+std::shared_ptr<const DepthNormalMap> Constant(float depth) {
+  DepthNormalMap map{Image<float>(kSize, kSize, depth),
+                     Image<Eigen::Vector3f>(kSize, kSize, Eigen::Vector3f(0, 0, -1))};
+  return std::make_shared<const DepthNormalMap>(std::move(map));
+}
+
 TEST(Vote, AThinPartInFrontKeepsItsPlaceAndALonelyDepthDoesNot) {
   // Three views say 2 at a pixel where six say 3, and one says 1.
   SphereProblem sphere({0, 0, 0, 0, 0, 0, 0, 0, 0});
-  const auto constant = [](float depth) {
-    DepthNormalMap map{Image<float>(kSize, kSize, depth),
-                       Image<Eigen::Vector3f>(kSize, kSize, Eigen::Vector3f(0, 0, -1))};
-    return std::make_shared<const DepthNormalMap>(std::move(map));
-  };
-  for (std::size_t s = 0; s < 9; ++s) sphere.problem.sources[s].map = constant(s < 3 ? 2.0f : 3.0f);
-  const Vote vote = VoteForDepth(sphere.problem, *constant(1), {0.006f, 0.4f});
+  for (std::size_t s = 0; s < 9; ++s) sphere.problem.sources[s].map = Constant(s < 3 ? 2.0f : 3.0f);
+  const Vote vote = VoteForDepth(sphere.problem, *Constant(1), {0.006f, 0.4f});
   EXPECT_NEAR(vote.depth(kSize / 2, kSize / 2), 2, 0.01);
   EXPECT_NEAR(vote.confidence(kSize / 2, kSize / 2), 3, 0.1);
 }
@@ -105,14 +106,9 @@ TEST(Vote, AThinPartInFrontKeepsItsPlaceAndALonelyDepthDoesNot) {
 TEST(Vote, ANearerModeWithLittleSupportWinsByTrustUnlessTooManySeeThroughIt) {
   // Two views say 2, six say 3 from the same place, so these six see through the surface at 2.
   SphereProblem sphere({0, 0, 0, 0, 0, 0, 0, 0});
-  const auto constant = [](float depth) {
-    DepthNormalMap map{Image<float>(kSize, kSize, depth),
-                       Image<Eigen::Vector3f>(kSize, kSize, Eigen::Vector3f(0, 0, -1))};
-    return std::make_shared<const DepthNormalMap>(std::move(map));
-  };
-  for (std::size_t s = 0; s < 8; ++s) sphere.problem.sources[s].map = constant(s < 2 ? 2.0f : 3.0f);
+  for (std::size_t s = 0; s < 8; ++s) sphere.problem.sources[s].map = Constant(s < 2 ? 2.0f : 3.0f);
   for (const auto& [trust, depth] : {std::pair{0.0f, 3.0f}, {0.5f, 3.0f}, {0.3f, 2.0f}}) {
-    const Vote vote = VoteForDepth(sphere.problem, *constant(3), {0.006f, 0.4f, trust});
+    const Vote vote = VoteForDepth(sphere.problem, *Constant(3), {0.006f, 0.4f, trust});
     EXPECT_NEAR(vote.depth(kSize / 2, kSize / 2), depth, 0.01) << trust;
   }
 }

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/live_view.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "demosaic/pixel_format.h"
+
+namespace polarscan {
+namespace {
+
+constexpr int kSize = 64;
+
+// A Mono12 frame whose cells all see I(angle).
+template <class Intensity>
+Frame UniformFrame(const Layout& layout, const Intensity& intensity) {
+  Image<std::uint16_t> counts(kSize, kSize);
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) counts(x, y) = std::uint16_t(intensity(layout.AngleAt(x, y)));
+  Frame frame;
+  frame.info.pixel_format = "Mono12";
+  frame.info.width = frame.info.height = kSize;
+  frame.payload = Pack(ParsePixelFormat("Mono12"), counts);
+  return frame;
+}
+
+TEST(LiveView, StokesOfLightThatMalusLawDescribes) {
+  const double s0 = 2000, dop = 0.4, aop = 0.3;
+  for (const char* layout : {"90 45 / 135 0", "0 45 / 135 90"}) {
+    const Frame frame = UniformFrame(ParseLayout(layout), [&](int angle) {
+      return std::lround(0.5 * s0 * (1 + dop * std::cos(2 * (angle * M_PI / 180 - aop))));
+    });
+    const LiveView view = LookAt(frame, ParseLayout(layout), 12, 16);
+    ASSERT_EQ(view.stokes.s0.width(), 16);
+    EXPECT_NEAR(view.stokes.s0(3, 5), s0 / 4095, 2e-3);
+    EXPECT_NEAR(view.stokes.s1(3, 5), dop * s0 / 4095 * std::cos(2 * aop), 1e-3);
+    EXPECT_NEAR(view.stokes.s2(3, 5), dop * s0 / 4095 * std::sin(2 * aop), 1e-3);
+    EXPECT_NEAR(view.level, 0.5 * s0 / 4095, 1e-3);
+    EXPECT_NEAR(view.sharpness, 0, 1e-9);
+  }
+}
+
+TEST(LiveView, ClippedSharesGoToTheirPolarizerAndAreSaid) {
+  const Layout layout = ParseLayout("90 45 / 135 0");
+  const LiveView view =
+      LookAt(UniformFrame(layout, [](int angle) { return angle == 45 ? 4095 : 1000; }), layout, 12, 16);
+  EXPECT_EQ(view.clipped, (std::array<double, 4>{0, 1, 0, 0}));
+  EXPECT_TRUE(Advice(view).contains("clipped"));
+  EXPECT_FALSE(Advice(view).contains("dark"));
+}
+
+TEST(LiveView, ADarkPictureIsSaid) {
+  const Layout layout;
+  EXPECT_TRUE(Advice(LookAt(UniformFrame(layout, [](int) { return 20; }), layout, 12, 16)).contains("dark"));
+}
+
+// A sine wave of S0 with a period of n cells: its Laplacian is (2 - 2 cos(2 pi / n)) times itself.
+TEST(LiveView, SharpnessOfASineWave) {
+  constexpr int kPeriod = 8;
+  Image<std::uint16_t> counts(kSize, kSize);
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x)
+      counts(x, y) = std::uint16_t(std::lround(2000 + 1000 * std::sin(2 * M_PI * (x / 2) / kPeriod)));
+  Frame frame;
+  frame.info.pixel_format = "Mono12";
+  frame.info.width = frame.info.height = kSize;
+  frame.payload = Pack(ParsePixelFormat("Mono12"), counts);
+  const double factor = 2 - 2 * std::cos(2 * M_PI / kPeriod);
+  const double expected = 1000 * factor * factor * 0.5 * 1000 * 1000 / (2000.0 * 2000 + 0.5 * 1000 * 1000);
+  EXPECT_NEAR(LookAt(frame, Layout{}, 12, 16).sharpness, expected, 0.05 * expected);
+}
+
+}  // namespace
+}  // namespace polarscan
