@@ -74,21 +74,30 @@ class Receiver {
       const std::lock_guard lock(mutex_);
       latest_ = frame_;
     }
-    if (!InShot()) return recorder_.Skip(frame_.info.sequence);
-    frame_.info.shot = shots_;
+    const std::optional<std::uint64_t> shot = options_.streams() ? ShotInStream() : ShotAskedFor();
+    if (!shot) return recorder_.Skip(frame_.info.sequence);
+    frame_.info.shot = *shot;
     recorder_.Offer(frame_);
     ++taken_;
-    if (--left_in_shot_ == 0) ++shots_;
   }
 
-  // Whether the frame that just came is wanted; begins a shot where one was asked for.
-  bool InShot() {
-    if (left_in_shot_ > 0) return true;
-    const bool stream = options_.every_s <= 0 && !options_.on_key;
-    if (!stream && asked_ == 0) return false;
-    if (!stream) --asked_;
-    left_in_shot_ = options_.shot_frames;
-    return true;
+  // By the frame's number, so that a lost frame does not shift those behind it into other shots.
+  std::uint64_t ShotInStream() {
+    const std::uint64_t shot = frame_.info.sequence / std::uint64_t(options_.shot_frames);
+    if (std::exchange(last_shot_, shot) != shot) ++shots_;
+    return shot;
+  }
+
+  // The shot that the frame that just came belongs to; begins one where one was asked for.
+  std::optional<std::uint64_t> ShotAskedFor() {
+    if (left_in_shot_ == 0) {
+      if (asked_ == 0) return std::nullopt;
+      --asked_;
+      left_in_shot_ = options_.shot_frames;
+    }
+    const std::uint64_t shot = shots_;
+    if (--left_in_shot_ == 0) ++shots_;
+    return shot;
   }
 
   Camera& camera_;
@@ -97,6 +106,7 @@ class Receiver {
   Frame frame_;
   std::uint64_t taken_ = 0;
   int left_in_shot_ = 0;
+  std::optional<std::uint64_t> last_shot_;
   std::atomic<int> asked_ = 0;
   std::atomic<std::uint64_t> shots_ = 0;
   std::atomic<bool> stop_ = false, ended_ = false, wants_look_ = false;

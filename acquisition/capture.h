@@ -9,7 +9,8 @@
 
 namespace polarscan {
 
-// What to record, and when to end. A shot is `shot_frames` frames in a row that become one view.
+// What to record, and when to end. A shot is `shot_frames` frames in a row that become one view; where every
+// frame is wanted, shot n is the frames from number n * shot_frames on.
 struct CaptureOptions {
   int frames = 0;      // 0: no end
   double seconds = 0;  // 0: no end
@@ -17,6 +18,8 @@ struct CaptureOptions {
   bool on_key = false;
   int shot_frames = 1;
   double buffer_mb = 512, segment_mb = 2048, sync_s = 0.5;
+
+  bool streams() const { return every_s <= 0 && !on_key; }  // every frame is wanted
 };
 OptionTable Table(CaptureOptions& options);
 

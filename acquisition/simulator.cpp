@@ -136,7 +136,10 @@ SimulatedShoot PrepareShoot(Scene scene, const SimulatorOptions& options, Progre
   return {std::move(lit), camera, std::move(views), gain};
 }
 
-SimulationSummary Simulate(const SimulatorOptions& options, const fs::path& folder, Progress& progress) {
+namespace {
+
+SimulationSummary Write(const SimulatorOptions& options, bool pictures, const fs::path& folder,
+                        Progress& progress) {
   SimulatorOptions effective = options;
   Validate(Table(effective));
   effective.scene.seed = options.seed;
@@ -151,18 +154,28 @@ SimulationSummary Simulate(const SimulatorOptions& options, const fs::path& fold
   settings.gain = gain;
   WriteTruth(folder, lit.scene, camera, views, options.known_poses);
 
-  progress.Begin("taking pictures", views.size());
+  progress.Begin(pictures ? "taking pictures" : "writing the truth", views.size());
   for (const SimulatedView& view : views) {
-    WritePng(folder / "mosaic" / (view.name + ".png"),
-             RenderFrame(lit, camera, view.cam_from_world, settings, progress));
-    if (options.masks)
-      WritePng(folder / "masks" / (view.name + ".png"), RenderMask(lit, camera, view.cam_from_world));
+    const std::string file = view.name + ".png";
+    if (pictures)
+      WritePng(folder / "mosaic" / file, RenderFrame(lit, camera, view.cam_from_world, settings, progress));
+    if (options.masks) WritePng(folder / "masks" / file, RenderMask(lit, camera, view.cam_from_world));
     ++settings.frame;
     progress.Advance();
   }
   const SimulationSummary summary{int(views.size()), settings.gain, views[0].cam_from_world.translation.z()};
   WriteJson(folder / "set.json", SetJson(options, settings.sensor, summary, true));
   return summary;
+}
+
+}  // namespace
+
+SimulationSummary Simulate(const SimulatorOptions& options, const fs::path& folder, Progress& progress) {
+  return Write(options, true, folder, progress);
+}
+
+void SimulateTruth(const SimulatorOptions& options, const fs::path& folder, Progress& progress) {
+  Write(options, false, folder, progress);
 }
 
 }  // namespace polarscan

@@ -69,10 +69,13 @@ struct SimulationSummary {
   double gain = 0, distance = 0;
 };
 
-// Writes an INPUT folder: mosaic/NNN.png, set.json, optionally masks/ and sparse/, and beside it
-// truth/{mesh.ply, table.ply, sparse/}. set.json says "complete": false until everything is there. A folder
-// that holds something else than an earlier simulation is refused (Error).
+// Writes an INPUT folder: mosaic/NNNNNN.png (numbered as the shots of a session that saw the same), set.json,
+// optionally masks/ and sparse/, and beside it truth/{mesh.ply, table.ply, sparse/}. set.json says
+// "complete": false until everything is there. A folder that holds something else than an earlier simulation
+// is refused (Error).
 SimulationSummary Simulate(const SimulatorOptions& options, const std::filesystem::path& folder,
                            Progress& progress);
+// The same without the pictures: what a recording of the simulated camera is compared with.
+void SimulateTruth(const SimulatorOptions& options, const std::filesystem::path& folder, Progress& progress);
 
 }  // namespace polarscan

@@ -73,7 +73,7 @@ std::vector<SimulatedView> RingViews(const std::vector<CameraRing>& rings, doubl
       for (const Vector3d& v : object.vertices)
         distance = std::max(distance, DistanceFor(r * v, fill * camera.width / 2 / camera.fx,
                                                   fill * camera.height / 2 / camera.fy));
-      views.push_back({fmt::format("{:03d}", views.size()), {r, Vector3d::Zero()}});
+      views.push_back({fmt::format("{:06}", views.size()), {r, Vector3d::Zero()}});
     }
     shift += 1.0 / 3;
   }

@@ -3,8 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <map>
 #include <optional>
+#include <thread>
 
 #include "acquisition/input.h"
 #include "apps/capture_screen.h"
@@ -16,6 +18,7 @@ namespace {
 struct Arguments {
   std::string session, camera;
   std::vector<std::string> features;
+  double wait_s = 0;
   CaptureOptions options;
   InputOptions sensor;
 };
@@ -56,6 +59,21 @@ std::string PickCamera() {
   return id;
 }
 
+// A camera that is not there yet is looked for until a.wait_s have passed.
+std::unique_ptr<Camera> FindCamera(const Arguments& a, const Context& context) {
+  using Clock = std::chrono::steady_clock;
+  const auto end = Clock::now() + std::chrono::duration<double>(a.wait_s);
+  while (true) {
+    try {
+      return OpenCamera(a.camera.empty() ? PickCamera() : a.camera, context.seed);
+    } catch (const Error&) {
+      if (Clock::now() >= end) throw;
+    }
+    context.progress.Check();
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  }
+}
+
 void SetFeatures(Camera& camera, const std::vector<std::string>& features) {
   for (const std::string& feature : features) {
     const std::size_t equals = feature.find('=');
@@ -65,7 +83,7 @@ void SetFeatures(Camera& camera, const std::vector<std::string>& features) {
 }
 
 void Run(const Arguments& a, const nlohmann::json& sensor, Context& context) {
-  const std::unique_ptr<Camera> camera = OpenCamera(a.camera.empty() ? PickCamera() : a.camera, context.seed);
+  const std::unique_ptr<Camera> camera = FindCamera(a, context);
   SetFeatures(*camera, a.features);
   nlohmann::json known = camera->sensor();
   known.update(sensor);
@@ -103,6 +121,8 @@ void AddCaptureCommand(CLI::App& app, Context& context) {
   command->add_option("--set", a->features, "Sets a feature of the camera, before recording; may be repeated")
       ->type_name("Name=Value")
       ->allow_extra_args(false);
+  command->add_option("--wait", a->wait_s, "Look for the camera this long, where it is not there yet, in s")
+      ->check(CLI::NonNegativeNumber);
   AddOptions(*command, Table(a->options), "Recording");
   AddOptions(*command, SensorTable(a->sensor), "What the camera does not say");
   command->callback([a, command, &context] { Run(*a, GivenSensor(*command, a->sensor), context); });

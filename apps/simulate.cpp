@@ -47,6 +47,7 @@ void Serve(GigeSource source, const std::string& address, const GigeServerOption
 }
 
 void ServeSimulated(SimulateArguments& a, Context& context) {
+  if (!a.folder.empty()) SimulateTruth(a.options.simulator, a.folder, context.progress);
   const std::unique_ptr<Camera> camera = OpenSimulatedCamera(a.options);
   std::vector<std::string> formats = {a.options.pixel_format};
   for (const char* name : {"Mono8", "Mono10", "Mono12", "Mono16", "Mono10p", "Mono12p", "Mono12Packed"})
@@ -91,13 +92,13 @@ void AddSimulateCommand(CLI::App& app, Context& context) {
   auto a = std::make_shared<SimulateArguments>();
   CLI::App* command = app.add_subcommand(
       "simulate", "A simulated camera: pictures of a made-up scene, or a GigE Vision camera");
-  auto* folder =
-      command->add_option("-o,--output", a->folder, "Folder for the pictures and the truth beside them");
+  command->add_option(
+      "-o,--output", a->folder,
+      "Folder for the pictures and the truth beside them; with --gige only for truth and masks");
   command
       ->add_option("--gige", a->address,
                    "Be a GigE Vision camera at this address of this machine, say 127.0.0.1")
-      ->type_name("ADDRESS")
-      ->excludes(folder);
+      ->type_name("ADDRESS");
   AddOptions(*command, Table(a->options.simulator));
   AddOptions(*command, CameraOnly(a->options), "As a camera (--gige)");
   AddOptions(*command, Table(a->gige), "As a camera (--gige)");

@@ -2,13 +2,19 @@
 #include "acquisition/camera/aravis_camera.h"
 
 namespace polarscan {
+namespace {
+
+constexpr std::uint64_t kMostMissedAtStart = 16;
+
+}  // namespace
 
 std::uint64_t FrameNumbers::Unwrap(std::uint64_t number) {
   constexpr std::int64_t kCycle = 65535;  // 1 ... 65535
   if (first_) {
     first_ = false;
     last_number_ = number;
-    return last_ = 0;
+    const std::uint64_t begin = gige_ ? 1 : 0;
+    return last_ = number >= begin && number < begin + kMostMissedAtStart ? number - begin : 0;
   }
   std::int64_t step = std::int64_t(number - last_number_);
   const bool wraps = gige_ && number <= 65535 && last_number_ <= 65535;

@@ -107,6 +107,13 @@ TEST_F(CameraTest, OneShotInAWhileLeavesTheOtherFramesOutAndCountsThem) {
   for (const SessionView& view : views) EXPECT_EQ(view.frames.size(), 2u);
 }
 
+TEST_F(CameraTest, ALostFrameShiftsNoOtherIntoAnotherShot) {
+  const auto camera = SmallCamera("Mono8", "500");
+  camera->Set("frame-loss", "0.3");
+  Record(*camera, {.frames = 30, .shot_frames = 4});
+  for (const StoredFrame& frame : Open().frames) EXPECT_EQ(frame.info.shot, frame.info.sequence / 4);
+}
+
 TEST_F(CameraTest, AShotIsTakenOnAKeyAndTheLastKeyEnds) {
   const auto camera = SmallCamera("Mono8", "200");
   int keys = 0;

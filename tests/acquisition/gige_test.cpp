@@ -145,6 +145,13 @@ TEST(FrameNumbersTest, SixteenBitNumbersGoOnOverTheWrapWhichLeavesZeroOut) {
   EXPECT_EQ(numbers.Unwrap(4), 6u);
 }
 
+TEST(FrameNumbersTest, TheFirstFramesMayBeMissing) {
+  FrameNumbers gige(true), usb(false);
+  EXPECT_EQ(gige.Unwrap(3), 2u);
+  EXPECT_EQ(gige.Unwrap(4), 3u);
+  EXPECT_EQ(usb.Unwrap(1), 1u);
+}
+
 TEST(FrameNumbersTest, LongNumbersAreTakenAsTheyAre) {
   FrameNumbers gige(true), usb(false);
   EXPECT_EQ(gige.Unwrap(65535), 0u);

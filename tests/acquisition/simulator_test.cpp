@@ -261,7 +261,7 @@ TEST_F(SimulatorFolder, TheSameSeedGivesTheSameBytesForOneAndTwoThreads) {
   SimulatorOptions other = Small();
   other.seed = 1;
   Simulate(other, folder_ / "other", silent_);
-  EXPECT_NE(AllFiles(folder_ / "other").at("mosaic/000.png"), one.at("mosaic/000.png"));
+  EXPECT_NE(AllFiles(folder_ / "other").at("mosaic/000000.png"), one.at("mosaic/000000.png"));
 }
 
 // Reads the model's own text, as a stranger would.

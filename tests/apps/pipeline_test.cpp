@@ -119,7 +119,7 @@ TEST_F(Pipeline, SaysWhatItDidInScanJson) {
     EXPECT_EQ(state["stages"][stage]["state"], "done") << stage;
   EXPECT_EQ(state["options"]["stereo"]["photometric-iterations"], 1);
   EXPECT_TRUE(fs::exists(scan / "report.html"));
-  EXPECT_TRUE(fs::exists(scan / "dense/polar/000.tif"));
+  EXPECT_TRUE(fs::exists(scan / "dense/polar/000000.tif"));
 }
 
 // The bounds leave room around what is expected at this size, where a pixel is 0.02 wide, and are far from
@@ -169,14 +169,14 @@ TEST_F(Pipeline, AnotherSeedGivesOtherMaps) {
 TEST_F(Pipeline, TheSameCommandAgainDoesNothingAndAChangedOptionOnlyWhatDependsOnIt) {
   const fs::path scan = Folder("scan");
   ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
-  const auto depth_time = fs::last_write_time(scan / "dense/stereo/depth_maps/000.png.geometric.bin");
+  const auto depth_time = fs::last_write_time(scan / "dense/stereo/depth_maps/000000.png.geometric.bin");
   const auto cloud_time = fs::last_write_time(scan / "cloud.ply");
 
   ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
   EXPECT_EQ(fs::last_write_time(scan / "cloud.ply"), cloud_time);
 
   ASSERT_EQ(RunPolarscan(Command(scan, {"--fusion-reprojection", "0.6"})).exit_code, 0);
-  EXPECT_EQ(fs::last_write_time(scan / "dense/stereo/depth_maps/000.png.geometric.bin"), depth_time);
+  EXPECT_EQ(fs::last_write_time(scan / "dense/stereo/depth_maps/000000.png.geometric.bin"), depth_time);
   EXPECT_GT(fs::last_write_time(scan / "cloud.ply"), cloud_time);
 }
 
