@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -26,12 +28,16 @@ double SecondsSince(Clock::time_point begin) {
 // shot on.
 class Receiver {
  public:
-  Receiver(Camera& camera, Recorder& recorder, const CaptureOptions& options)
-      : camera_(camera), recorder_(recorder), options_(options), thread_([this] { Run(); }) {}
+  Receiver(Camera& camera, Recorder& recorder, const CaptureOptions& options, Progress& progress)
+      : camera_(camera), recorder_(recorder), options_(options), progress_(progress), thread_([this] {
+          Run();
+        }) {}
   ~Receiver() { Stop(); }
 
   void AskForShot() { ++asked_; }
   bool ended() const { return ended_; }
+  // When the camera last said anything.
+  Clock::time_point heard() const { return heard_; }
   std::uint64_t shots() const { return shots_; }
 
   // The next frame is kept for Latest.
@@ -66,10 +72,15 @@ class Receiver {
   bool Enough() const { return options_.frames > 0 && taken_ >= std::uint64_t(options_.frames); }
 
   void Receive(Delivery delivery) {
+    if (delivery != Delivery::kNothing) heard_ = Clock::now();
     if (delivery == Delivery::kEnded) stop_ = true;
     if (delivery == Delivery::kDamaged) recorder_.Lost(frame_.info.sequence, frame_.info.name);
-    if (delivery == Delivery::kRestarted) recorder_.Restarted(frame_.info.sequence, frame_.info.name);
+    if (delivery == Delivery::kRestarted) {
+      recorder_.Restarted(frame_.info.sequence, frame_.info.name);
+      before_.reset();
+    }
     if (delivery != Delivery::kFrame) return;
+    WatchClock();
     if (wants_look_.exchange(false)) {
       const std::lock_guard lock(mutex_);
       latest_ = frame_;
@@ -79,6 +90,14 @@ class Receiver {
     frame_.info.shot = *shot;
     recorder_.Offer(frame_);
     ++taken_;
+  }
+
+  void WatchClock() {
+    const double jump = before_ ? ClockJump(*before_, frame_.info) : 0;
+    if (std::abs(jump) > kClockJump_s)
+      progress_.Warn(
+          fmt::format("the camera's clock jumped by {:.1f} s at frame {}", jump, frame_.info.sequence));
+    before_ = frame_.info;
   }
 
   // By the frame's number, so that a lost frame does not shift those behind it into other shots.
@@ -103,12 +122,15 @@ class Receiver {
   Camera& camera_;
   Recorder& recorder_;
   const CaptureOptions options_;
+  Progress& progress_;
   Frame frame_;
+  std::optional<FrameInfo> before_;  // of the last frame
   std::uint64_t taken_ = 0;
   int left_in_shot_ = 0;
   std::optional<std::uint64_t> last_shot_;
   std::atomic<int> asked_ = 0;
   std::atomic<std::uint64_t> shots_ = 0;
+  std::atomic<Clock::time_point> heard_ = Clock::now();
   std::atomic<bool> stop_ = false, ended_ = false, wants_look_ = false;
   std::mutex mutex_;  // of the next
   std::optional<Frame> latest_;
@@ -116,9 +138,32 @@ class Receiver {
   std::thread thread_;
 };
 
+// Says when nothing comes for long; a camera that is slow by nature is soon given more time.
+class SilenceWatch {
+ public:
+  void Look(Clock::time_point heard, Progress& progress) {
+    const double seconds = SecondsSince(heard);
+    if (!silent_ && seconds > patience_s_) {
+      progress.Warn(fmt::format(
+          "no frame for {:.0f} s: does the camera wait for a trigger, or is it cut off?", seconds));
+      silent_ = true;
+    } else if (silent_ && seconds < patience_s_) {
+      progress.Info("frames come again");
+      patience_s_ = 2 * longest_s_;
+      silent_ = false;
+    }
+    longest_s_ = std::max(longest_s_, seconds);
+  }
+
+ private:
+  double patience_s_ = 3, longest_s_ = 0;
+  bool silent_ = false;
+};
+
 // The calling thread: asks for shots in time and on keys, and looks after the end.
 void Watch(Receiver& receiver, const Recorder& recorder, const CaptureOptions& options,
-           const CaptureHooks& hooks, const Progress& progress) {
+           const CaptureHooks& hooks, Progress& progress) {
+  SilenceWatch silence;
   const Clock::time_point begin = Clock::now();
   Clock::time_point shown, looked;
   double next_shot_s = 0;
@@ -132,6 +177,7 @@ void Watch(Receiver& receiver, const Recorder& recorder, const CaptureOptions& o
     const CaptureHooks::Key key = hooks.key();
     if (key == CaptureHooks::Key::kQuit) return;
     if (key == CaptureHooks::Key::kShot) receiver.AskForShot();
+    silence.Look(receiver.heard(), progress);
     if (Clock::now() - shown >= kStatusEvery) {
       hooks.status({recorder.counts(), seconds, receiver.shots()});
       shown = Clock::now();
@@ -188,7 +234,7 @@ CaptureStatus Capture(Camera& camera, const std::filesystem::path& folder, const
   camera.Start(progress);
   const Clock::time_point begin = Clock::now();
   Recorder recorder(folder, Describe(camera, sensor), recording);
-  Receiver receiver(camera, recorder, options);
+  Receiver receiver(camera, recorder, options, progress);
   Watch(receiver, recorder, options, hooks, progress);
   receiver.Finish();
   camera.Stop();

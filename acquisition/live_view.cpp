@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "acquisition/session/session_views.h"
 
@@ -13,8 +14,8 @@ namespace {
 constexpr double kClippedTooMuch = 0.002, kTooDark = 0.03;
 
 // The four samples of a cell by angle: 0, 45, 90, 135.
-std::array<float, 4> CellAt(const Image<std::uint16_t>& counts, const Layout& layout, int x, int y) {
-  std::array<float, 4> cell{};
+std::array<std::uint16_t, 4> CellAt(const Image<std::uint16_t>& counts, const Layout& layout, int x, int y) {
+  std::array<std::uint16_t, 4> cell{};
   for (int dy = 0; dy < 2; ++dy)
     for (int dx = 0; dx < 2; ++dx)
       cell[std::size_t(layout.AngleAt(dx, dy) / 45)] = counts(2 * x + dx, 2 * y + dy);
@@ -27,7 +28,7 @@ float S0At(const Image<std::uint16_t>& counts, int x, int y) {
 }
 
 // In the middle of the picture.
-double Sharpness(const Image<std::uint16_t>& counts) {
+double Sharpness(const Image<std::uint16_t>& counts, double black) {
   const int width = counts.width() / 2, height = counts.height() / 2, reach = 256;
   double edges = 0, power = 0;
   for (int y = std::max(1, height / 2 - reach); y < std::min(height - 1, height / 2 + reach); ++y)
@@ -36,50 +37,49 @@ double Sharpness(const Image<std::uint16_t>& counts) {
       const double laplacian = 4 * centre - S0At(counts, x - 1, y) - S0At(counts, x + 1, y) -
                                S0At(counts, x, y - 1) - S0At(counts, x, y + 1);
       edges += laplacian * laplacian;
-      power += centre * centre;
+      power += (centre - 2 * black) * (centre - 2 * black);
     }
   return power > 0 ? 1000 * edges / power : 0;
 }
 
-StokesImage SmallStokes(const Image<std::uint16_t>& counts, const Layout& layout, float full_scale,
-                        int largest_side) {
+StokesImage SmallStokes(const Image<std::uint16_t>& counts, const Sensor& sensor, int largest_side) {
   const int cells = std::max(counts.width(), counts.height()) / 2;
   const int step = std::max(1, (cells + largest_side - 1) / largest_side);
   const int width = std::max(1, counts.width() / 2 / step), height = std::max(1, counts.height() / 2 / step);
+  const float range = float(sensor.RangeDn()), infinite = std::numeric_limits<float>::infinity();
   StokesImage small{Image<float>(width, height), Image<float>(width, height), Image<float>(width, height),
                     Image<float>(width, height)};
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
-      const auto [i0, i45, i90, i135] = CellAt(counts, layout, x * step, y * step);
-      small.s0(x, y) = 0.5f * (i0 + i45 + i90 + i135) / full_scale;
-      small.s1(x, y) = (i0 - i90) / full_scale;
-      small.s2(x, y) = (i45 - i135) / full_scale;
-      small.noise(x, y) = 0;
+      const auto cell = CellAt(counts, sensor.layout, x * step, y * step);
+      const auto [i0, i45, i90, i135] = cell;
+      small.s0(x, y) = (0.5f * float(i0 + i45 + i90 + i135) - 2 * float(sensor.black_dn)) / range;
+      small.s1(x, y) = float(i0 - i90) / range;
+      small.s2(x, y) = float(i45 - i135) / range;
+      small.noise(x, y) = double(std::ranges::max(cell)) >= sensor.white_dn ? infinite : 0;
     }
   return small;
 }
 
 }  // namespace
 
-LiveView LookAt(const Frame& frame, const Layout& layout, int bits, int largest_side) {
+LiveView LookAt(const Frame& frame, const Sensor& sensor, int largest_side) {
   const Image<std::uint16_t> counts = Counts(frame);
-  const int full = (1 << bits) - 1;
   LiveView view;
-  view.clipped.fill(0);
   double sum = 0;
   for (int y = 0; y + 1 < counts.height(); y += 2)
-    for (int x = 0; x + 1 < counts.width(); x += 2)
-      for (int dy = 0; dy < 2; ++dy)
-        for (int dx = 0; dx < 2; ++dx) {
-          const int sample = counts(x + dx, y + dy);
-          view.clipped[std::size_t(layout.AngleAt(dx, dy) / 45)] += sample >= full;
-          sum += sample;
-        }
-  const double cells = double(counts.width() / 2) * (counts.height() / 2);
-  for (double& share : view.clipped) share /= std::max(1.0, cells);
-  view.level = sum / std::max(1.0, 4 * cells) / full;
-  view.sharpness = Sharpness(counts);
-  view.stokes = SmallStokes(counts, layout, float(full), largest_side);
+    for (int x = 0; x + 1 < counts.width(); x += 2) {
+      const auto cell = CellAt(counts, sensor.layout, x / 2, y / 2);
+      for (std::size_t a = 0; a < 4; ++a) {
+        view.clipped[a] += cell[a] >= sensor.white_dn;
+        sum += cell[a];
+      }
+    }
+  const double cells = std::max(1.0, double(counts.width() / 2) * (counts.height() / 2));
+  for (double& share : view.clipped) share /= cells;
+  view.level = (sum / (4 * cells) - sensor.black_dn) / sensor.RangeDn();
+  view.sharpness = Sharpness(counts, sensor.black_dn);
+  view.stokes = SmallStokes(counts, sensor, largest_side);
   return view;
 }
 

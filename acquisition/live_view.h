@@ -5,23 +5,25 @@
 #include <string>
 
 #include "acquisition/camera/frame.h"
-#include "demosaic/layout.h"
+#include "demosaic/sensor.h"
 #include "demosaic/stokes.h"
 
 namespace polarscan {
 
 // What a person at the camera wants to know about the frame that just came.
 struct LiveView {
-  StokesImage stokes;  // of cells, one of every few: at most `largest_side` px
-  std::array<double, 4>
-      clipped;       // share of samples at full scale behind the polarizer at 0, 45, 90, 135 degrees
+  // Of cells, one of every few, at most `largest_side` px, in units of full scale as elsewhere; noise is 0,
+  // or infinite where a sample of the cell is clipped.
+  StokesImage stokes;
+  // Share of samples at full scale behind the polarizer at 0, 45, 90, 135 degrees.
+  std::array<double, 4> clipped{};
   double level = 0;  // mean sample, of full scale
   double sharpness =
       0;  // mean squared Laplacian of S0 over its mean square, in 1000ths: compare, do not read
 };
 
-// bits: of the sensor; full scale is 2^bits - 1. Throws Error if the frame's format is no raw mosaic.
-LiveView LookAt(const Frame& frame, const Layout& layout, int bits, int largest_side);
+// sensor: layout, black_dn and white_dn count. Throws Error if the frame's format is no raw mosaic.
+LiveView LookAt(const Frame& frame, const Sensor& sensor, int largest_side);
 
 // What to do about it, in words, by cause ("clipped", "dark").
 std::map<std::string, std::string> Advice(const LiveView& view);

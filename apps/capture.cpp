@@ -2,6 +2,7 @@
 #include "acquisition/capture.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <map>
@@ -19,6 +20,8 @@ struct Arguments {
   std::string session, camera;
   std::vector<std::string> features;
   double wait_s = 0;
+  bool preview = false;
+  int preview_port = 8417;
   CaptureOptions options;
   InputOptions sensor;
 };
@@ -87,7 +90,12 @@ void Run(const Arguments& a, const nlohmann::json& sensor, Context& context) {
   SetFeatures(*camera, a.features);
   nlohmann::json known = camera->sensor();
   known.update(sensor);
-  CaptureScreen screen(context.progress, a.session, known);
+  std::optional<Preview> preview;
+  if (a.preview) {
+    preview.emplace(a.preview_port);
+    context.progress.Info("preview at " + preview->address());
+  }
+  CaptureScreen screen(context.progress, a.session, known, a.options.on_key, preview ? &*preview : nullptr);
   std::optional<Keyboard> keyboard;
   CaptureHooks hooks;
   hooks.status = [&](const CaptureStatus& status) { screen.Show(status); };
@@ -97,10 +105,13 @@ void Run(const Arguments& a, const nlohmann::json& sensor, Context& context) {
         "the camera does not tell its polarizer layout; give it with --layout, now or to reconstruct "
         "(docs/input.md)");
   if (a.options.on_key) {
-    keyboard.emplace();
-    hooks.key = [&] { return keyboard->Pressed(); };
+    if (!preview || isatty(STDIN_FILENO)) keyboard.emplace();
     context.progress.Info("space takes a shot, q ends");
   }
+  hooks.key = [&] {
+    const CaptureHooks::Key key = keyboard ? keyboard->Pressed() : CaptureHooks::Key::kNone;
+    return key == CaptureHooks::Key::kNone && preview ? preview->Pressed() : key;
+  };
   const CaptureStatus status = Capture(*camera, a.session, sensor, a.options, hooks, context.progress);
   context.data_lost = status.counts.lost + status.counts.dropped > 0;
   nlohmann::json result = ToJson(status.counts);
@@ -123,6 +134,11 @@ void AddCaptureCommand(CLI::App& app, Context& context) {
       ->allow_extra_args(false);
   command->add_option("--wait", a->wait_s, "Look for the camera this long, where it is not there yet, in s")
       ->check(CLI::NonNegativeNumber);
+  command->add_flag("--preview", a->preview,
+                    "Show the pictures and the numbers in a web page on this machine");
+  command->add_option("--preview-port", a->preview_port, "Of that page; 0: any that is free")
+      ->check(CLI::Range(0, 65535))
+      ->capture_default_str();
   AddOptions(*command, Table(a->options), "Recording");
   AddOptions(*command, SensorTable(a->sensor), "What the camera does not say");
   command->callback([a, command, &context] { Run(*a, GivenSensor(*command, a->sensor), context); });

@@ -17,38 +17,85 @@ namespace polarscan {
 namespace {
 
 constexpr double kRateOver_s = 2;
+constexpr int kPreviewSide = 640;
 
-std::uint64_t Received(const FrameCounts& counts) { return counts.stored + counts.pending + counts.dropped; }
+std::uint64_t Received(const FrameCounts& counts) {
+  return counts.stored + counts.pending + counts.dropped + counts.cancelled;
+}
+
+// For a look only: what is not known is assumed.
+Sensor SensorFor(const nlohmann::json& known, int bits) {
+  Sensor sensor;
+  if (known.contains("layout")) sensor.layout = ParseLayout(known["layout"]);
+  sensor.bits = known.value("bits", bits);
+  sensor.black_dn = known.value("black_dn", 0.0);
+  sensor.white_dn = known.value("white_dn", std::ldexp(1.0, sensor.bits) - 1);
+  return sensor;
+}
 
 }  // namespace
 
+CaptureScreen::CaptureScreen(Terminal& terminal, const std::filesystem::path& folder,
+                             const nlohmann::json& sensor, bool on_key, Preview* preview)
+    : terminal_(terminal),
+      folder_(folder),
+      known_(sensor),
+      preview_(preview),
+      numbers_(
+          {{"session", folder.string()}, {"on_key", on_key}, {"frames_per_s", 0.0}, {"bytes_per_s", 0.0}}) {}
+
 void CaptureScreen::Show(const CaptureStatus& status) {
+  UpdateRates(status);
+  numbers_["counts"] = ToJson(status.counts);
+  numbers_["seconds"] = status.seconds;
+  numbers_["shots"] = status.shots;
+  if (preview_) preview_->Show(numbers_);
+  terminal_.Status(Line());
+}
+
+void CaptureScreen::UpdateRates(const CaptureStatus& status) {
   const double passed = status.seconds - before_.seconds;
-  if (passed >= kRateOver_s || before_.seconds == 0) {
-    frames_per_s_ = double(Received(status.counts) - Received(before_.counts)) / std::max(passed, 1e-3);
-    bytes_per_s_ = double(status.counts.bytes - before_.counts.bytes) / std::max(passed, 1e-3);
-    before_ = status;
-  }
-  std::string line =
-      fmt::format("  {:.1f} frames/s, {:.1f} MB/s, {} stored, {} lost, {} dropped", frames_per_s_,
-                  bytes_per_s_ / 1e6, status.counts.stored, status.counts.lost, status.counts.dropped);
+  if (passed < kRateOver_s && before_.seconds > 0) return;
+  const auto rate = [&](std::uint64_t now, std::uint64_t then) {
+    return double(now - then) / std::max(passed, 1e-3);
+  };
+  const double bytes_per_s = rate(status.counts.bytes, before_.counts.bytes);
+  numbers_["frames_per_s"] = rate(Received(status.counts), Received(before_.counts));
+  numbers_["bytes_per_s"] = bytes_per_s;
   std::error_code code;
   const auto space = std::filesystem::space(folder_, code);
-  if (!code && bytes_per_s_ > 0)
-    line += ", disk for " + FormatDuration(double(space.available) / bytes_per_s_);
-  terminal_.Status(line + look_);
+  if (!code && bytes_per_s > 0) numbers_["disk_s"] = double(space.available) / bytes_per_s;
+  before_ = status;
+}
+
+std::string CaptureScreen::Line() const {
+  const nlohmann::json& counts = numbers_["counts"];
+  std::string line =
+      fmt::format("  {:.1f} frames/s, {:.1f} MB/s, {} stored, {} lost, {} dropped",
+                  numbers_["frames_per_s"].get<double>(), numbers_["bytes_per_s"].get<double>() / 1e6,
+                  counts["stored"].get<int>(), counts["lost"].get<int>(), counts["dropped"].get<int>());
+  if (numbers_.contains("disk_s")) line += ", disk for " + FormatDuration(numbers_["disk_s"]);
+  if (!numbers_.contains("look")) return line;
+  const nlohmann::json& look = numbers_["look"];
+  line += ", clipped";
+  for (const double share : look["clipped"]) line += fmt::format(" {:.1f}", 100 * share);
+  line += fmt::format(" %, sharpness {:.2f}", look["sharpness"].get<double>());
+  if (look.contains("temperature_c"))
+    line += fmt::format(", {:.0f} degrees C", look["temperature_c"].get<double>());
+  return line;
 }
 
 void CaptureScreen::Look(const Frame& frame) {
   const auto format = FindPixelFormat(frame.info.pixel_format);
   if (!format) return;
-  const Layout layout = sensor_.contains("layout") ? ParseLayout(sensor_["layout"]) : Layout{};
-  const LiveView view = LookAt(frame, layout, sensor_.value("bits", format->bits), 64);
-  look_ = fmt::format(", clipped {:.1f} {:.1f} {:.1f} {:.1f} %, sharpness {:.2f}", 100 * view.clipped[0],
-                      100 * view.clipped[1], 100 * view.clipped[2], 100 * view.clipped[3], view.sharpness);
-  if (std::isfinite(frame.info.temperature_c))
-    look_ += fmt::format(", {:.0f} degrees C", frame.info.temperature_c);
-  for (const auto& [cause, words] : Advice(view))
+  const LiveView view = LookAt(frame, SensorFor(known_, format->bits), kPreviewSide);
+  const auto advice = Advice(view);
+  nlohmann::json& look = numbers_["look"];
+  look = {
+      {"clipped", view.clipped}, {"level", view.level}, {"sharpness", view.sharpness}, {"advice", advice}};
+  if (std::isfinite(frame.info.temperature_c)) look["temperature_c"] = frame.info.temperature_c;
+  if (preview_) preview_->Look(view);
+  for (const auto& [cause, words] : advice)
     if (advised_.insert(cause).second) terminal_.Info(words);
 }
 

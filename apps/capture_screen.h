@@ -6,29 +6,34 @@
 #include <string>
 
 #include "acquisition/capture.h"
+#include "apps/preview.h"
 #include "apps/terminal.h"
 
 namespace polarscan {
 
-// The live line of a recording: rates over about the last two seconds, counts, clipped share behind each
-// polarizer, sharpness, temperature, and how long the disk lasts.
+// A recording as a person sees it: rates over about the last two seconds, counts, clipped share behind each
+// polarizer, sharpness, temperature, and how long the disk lasts. In a line on the terminal, and in the
+// preview if there is one.
 class CaptureScreen {
  public:
-  // sensor: what is known of it, as in session.json.
-  CaptureScreen(Terminal& terminal, const std::filesystem::path& folder, const nlohmann::json& sensor)
-      : terminal_(terminal), folder_(folder), sensor_(sensor) {}
+  // sensor: what is known of it, as in session.json. preview may be null.
+  CaptureScreen(Terminal& terminal, const std::filesystem::path& folder, const nlohmann::json& sensor,
+                bool on_key, Preview* preview);
   void Show(const CaptureStatus& status);
-  // How the latest frame looks goes into the line; advice is said once for each cause.
+  // How the latest frame looks; advice is said once for each cause.
   void Look(const Frame& frame);
 
  private:
+  void UpdateRates(const CaptureStatus& status);
+  std::string Line() const;
+
   Terminal& terminal_;
   std::filesystem::path folder_;
-  nlohmann::json sensor_;
-  std::string look_;
+  nlohmann::json known_;
+  Preview* preview_;
+  nlohmann::json numbers_;  // what Preview::Show takes
   std::set<std::string> advised_;
   CaptureStatus before_;
-  double frames_per_s_ = 0, bytes_per_s_ = 0;
 };
 
 // The keyboard while a recording waits for key presses: a terminal gives them at once and without echo, as

@@ -5,8 +5,8 @@
 
 #include <utility>
 
+#include "apps/pages.h"
 #include "apps/report_cloud.h"
-#include "apps/report_page.h"
 #include "apps/report_util.h"
 #include "apps/report_views.h"
 #include "core/error.h"

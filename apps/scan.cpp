@@ -33,7 +33,7 @@ int Lock(const fs::path& folder) {
   throw Error("another polarscan is working on this scan", folder.string(), "Wait for it, or stop it first");
 }
 
-bool IsTemporary(const fs::path& path) { return path.filename().string().starts_with('.'); }
+bool IsHidden(const fs::path& path) { return path.filename().string().starts_with('.'); }
 
 // All regular files at or below a path, sorted; nothing if it does not exist.
 std::vector<fs::path> FilesBelow(const fs::path& path) {
@@ -41,7 +41,7 @@ std::vector<fs::path> FilesBelow(const fs::path& path) {
   if (fs::is_regular_file(path)) files.push_back(path);
   if (fs::is_directory(path)) {
     for (const fs::directory_entry& entry : fs::recursive_directory_iterator(path))
-      if (entry.is_regular_file() && !IsTemporary(entry.path())) files.push_back(entry.path());
+      if (entry.is_regular_file() && !IsHidden(entry.path())) files.push_back(entry.path());
   }
   std::sort(files.begin(), files.end());
   return files;
@@ -112,7 +112,7 @@ Scan Scan::OpenOrCreate(const fs::path& folder, const fs::path& input, std::uint
   const bool exists = fs::exists(folder / kFile);
   if (!exists && fs::is_directory(folder)) {
     for (const fs::directory_entry& entry : fs::directory_iterator(folder))
-      if (!IsTemporary(entry.path()))
+      if (!IsHidden(entry.path()))
         throw Error("this folder holds other files and no scan", folder.string(),
                     "Choose a new folder with -o");
   }

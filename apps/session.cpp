@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "acquisition/session/exchange.h"
 #include "apps/command.h"
 
@@ -20,12 +22,26 @@ nlohmann::json ToJson(const Session& session) {
           {"damage", session.damage}};
 }
 
+// Where the camera's clock did not go on as ours did.
+std::string ClockJumps(const Session& session) {
+  std::string text;
+  for (std::size_t i = 1; i < session.frames.size(); ++i) {
+    const StoredFrame &before = session.frames[i - 1], &now = session.frames[i];
+    const double jump = before.segment == now.segment ? ClockJump(before.info, now.info) : 0;
+    if (std::abs(jump) > kClockJump_s)
+      text += fmt::format("{}by {:.1f} s at frame {}", text.empty() ? "" : ", ", jump, now.info.sequence);
+  }
+  return text;
+}
+
 void Check(const std::string& folder, bool repair, Context& context) {
   if (!IsSession(folder))
     throw Error("only sessions can be checked yet, and this is none", folder, "A session has a session.json");
   Session session = OpenSession(folder, Verify::kPayloads);
   for (const std::string& text : session.unfinished) context.progress.Info("not finished: " + text);
   for (const std::string& text : session.damage) context.progress.Warn(text);
+  const std::string jumps = ClockJumps(session);
+  if (!jumps.empty()) context.progress.Info("the camera's clock jumped " + jumps);
   const FrameCounts counts = session.info.counts;
   context.data_lost = !session.damage.empty() || counts.lost + counts.dropped > 0;
   const nlohmann::json found = ToJson(session);

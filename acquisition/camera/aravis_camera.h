@@ -17,8 +17,8 @@ std::vector<CameraInfo> ListAravisCameras();
 std::unique_ptr<Camera> OpenAravisCamera(const std::string& name);
 
 // Frame numbers as they come (GigE Vision: 16 bits, 0 is left out at the wrap; or 64 bits) made one count
-// that starts at 0, also where the first few frames never came. Where a camera does not begin at the beginning,
-// the first frame to come is 0. A number from the past gives a count from the past.
+// that starts at 0, also where the first few frames never came. Where a camera does not begin at the
+// beginning, the first frame to come is 0. A number from the past gives a count from the past.
 class FrameNumbers {
  public:
   explicit FrameNumbers(bool gige) : gige_(gige) {}

@@ -22,6 +22,16 @@ struct FrameInfo {
   std::string name;        // the view's name, where it has one; at most 63 bytes
 };
 
+// By how much more the camera's clock went on than the host's between two frames, s; 0 if a time is not
+// known.
+inline double ClockJump(const FrameInfo& before, const FrameInfo& now) {
+  if (before.camera_time_ns == 0 || now.camera_time_ns == 0) return 0;
+  return 1e-9 * (double(now.camera_time_ns - before.camera_time_ns) -
+                 double(now.host_time_ns - before.host_time_ns));
+}
+// What is no mere delay of frames on their way.
+inline constexpr double kClockJump_s = 5;
+
 // A frame as the camera sent it, packed.
 struct Frame {
   FrameInfo info;

@@ -23,6 +23,7 @@ using Kind = GigeFeature::Kind;
 constexpr auto kPoll = std::chrono::milliseconds(20);
 constexpr std::uint32_t kInControl = 0x2, kExclusive = 0x1;
 constexpr std::size_t kLargestDatagram = 65536;
+constexpr std::int64_t kClockJumpNs = 3600LL * 1000000000;
 
 std::vector<GigeFeature> FeaturesOf(const GigeSource& source) {
   GigeFeature formats{"PixelFormat", Kind::kEnumeration, true};
@@ -132,6 +133,7 @@ class GigeServer::Implementation {
       for (const pollfd& socket : sockets)
         if (socket.revents & POLLIN) Receive(socket.fd);
     const std::lock_guard lock(mutex_);
+    if (Clock::now() < silent_until_.load()) heard_ = Clock::now();  // its own clock stands still too
     const auto silence = Clock::now() - heard_;
     if (in_control_ && silence > std::chrono::milliseconds(registers_.Word(GigeRegisters::kHeartbeatTimeout)))
       Forget();
@@ -299,7 +301,7 @@ class GigeServer::Implementation {
     }
     source_.configure(format, 1 / period_.count());
     source_.camera.Start(progress);
-    block_ = 0;
+    block_ = std::uint16_t(options_.faults.first_number - 1);
   }
 
   void SendFrame(const Frame& frame) {
@@ -314,13 +316,15 @@ class GigeServer::Implementation {
     }
     block_ = block_ == 0xffff ? std::uint16_t(1) : std::uint16_t(block_ + 1);
     ++sent_;
-    const bool half =
-        options_.faults.format_change_at > 0 && sent_ >= std::uint64_t(options_.faults.format_change_at);
+    const GigeFaults& faults = options_.faults;
+    const auto from = [&](int frame) { return frame > 0 && sent_ >= std::uint64_t(frame); };
+    const bool half = from(faults.format_change_at), cut = sent_ == std::uint64_t(faults.short_at);
     out.image.block = block_;
-    out.image.timestamp = std::uint64_t(frame.info.camera_time_ns);
+    out.image.timestamp =
+        std::uint64_t(frame.info.camera_time_ns + (from(faults.clock_jump_at) ? kClockJumpNs : 0));
     out.image.width = std::uint32_t(frame.info.width);
     out.image.height = std::uint32_t(half ? frame.info.height / 2 : frame.info.height);
-    out.image.bytes = half ? frame.payload.size() / 2 : frame.payload.size();
+    out.image.bytes = half || cut ? frame.payload.size() / 2 : frame.payload.size();
     out.payload = std::make_shared<const Bytes>(frame.payload);
     const auto by_packets = delay * gvsp::DataPackets(out.image.bytes, out.packet_size);
     const auto by_pace = std::chrono::duration_cast<std::chrono::nanoseconds>(period_ * options_.pace);
@@ -367,6 +371,10 @@ OptionTable Table(GigeServerOptions& o) {
        2e9},
       {"format-change-at", &o.faults.format_change_at, "frames are half as high from this one on", "frame", 0,
        2e9},
+      {"short-at", &o.faults.short_at, "this frame ends after half of its packets", "frame", 0, 2e9},
+      {"clock-jump-at", &o.faults.clock_jump_at, "the camera's clock is an hour ahead from this one on",
+       "frame", 0, 2e9},
+      {"first-number", &o.faults.first_number, "number of a stream's first frame, of 16 bits", "", 1, 65535},
       {"fault-time", &o.faults.fault_s, "of freeze and disconnect", "s", 0, 1e6},
   };
 }

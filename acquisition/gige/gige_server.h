@@ -24,6 +24,9 @@ struct GigeFaults {
   int freeze_at = 0;                // nothing is sent or answered for fault_s
   int disconnect_at = 0;            // the same, and the camera has forgotten everything after it
   int format_change_at = 0;         // frames are half as high from this one on
+  int short_at = 0;                 // this frame ends after half of its packets
+  int clock_jump_at = 0;            // the camera's clock is an hour ahead from this one on
+  int first_number = 1;             // of a stream's frames; near 65535 the numbers soon begin anew
   double fault_s = 3;
 };
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 
 #include "core/parallel.h"
@@ -14,6 +15,8 @@
 #include "stereo/polarpms/filter.h"
 #include "stereo/polarpms/stage_inputs.h"
 #include "stereo/rounds/round.h"
+
+namespace fs = std::filesystem;
 
 namespace polarscan {
 namespace {
@@ -71,6 +74,7 @@ class MultilevelStage {
       if (i > 0) RemoveMaps(steps_[i].before);
     }
     RemoveMaps("photometric");  // of another schedule
+    RemoveStepsLeft();
   }
 
  private:
@@ -101,6 +105,17 @@ class MultilevelStage {
 
   void RemoveMaps(const std::string& kind) {
     for (int view = 0; view < Count(); ++view) done_.Remove(view, kind);
+  }
+
+  // Of a run that was killed before it could remove them, or of one with other options.
+  void RemoveStepsLeft() const {
+    for (const fs::path& folder :
+         {workspace_.DepthPath(0, "step").parent_path(), workspace_.NormalPath(0, "step").parent_path()}) {
+      std::vector<fs::path> left;
+      for (const auto& entry : fs::directory_iterator(folder))
+        if (entry.path().stem().extension().string().starts_with(".step")) left.push_back(entry.path());
+      for (const fs::path& path : left) fs::remove(path);
+    }
   }
 
   void RunStep(const Step& step) {

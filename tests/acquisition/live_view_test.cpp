@@ -12,6 +12,15 @@ namespace {
 
 constexpr int kSize = 64;
 
+constexpr double kBlack = 95;
+
+Sensor TwelveBits(const std::string& layout) {
+  Sensor sensor;
+  sensor.layout = ParseLayout(layout);
+  sensor.bits = 12, sensor.black_dn = kBlack, sensor.white_dn = 4095;
+  return sensor;
+}
+
 // A Mono12 frame whose cells all see I(angle).
 template <class Intensity>
 Frame UniformFrame(const Layout& layout, const Intensity& intensity) {
@@ -29,30 +38,32 @@ TEST(LiveView, StokesOfLightThatMalusLawDescribes) {
   const double s0 = 2000, dop = 0.4, aop = 0.3;
   for (const char* layout : {"90 45 / 135 0", "0 45 / 135 90"}) {
     const Frame frame = UniformFrame(ParseLayout(layout), [&](int angle) {
-      return std::lround(0.5 * s0 * (1 + dop * std::cos(2 * (angle * M_PI / 180 - aop))));
+      return std::lround(kBlack + 0.5 * s0 * (1 + dop * std::cos(2 * (angle * M_PI / 180 - aop))));
     });
-    const LiveView view = LookAt(frame, ParseLayout(layout), 12, 16);
+    const LiveView view = LookAt(frame, TwelveBits(layout), 16);
     ASSERT_EQ(view.stokes.s0.width(), 16);
-    EXPECT_NEAR(view.stokes.s0(3, 5), s0 / 4095, 2e-3);
-    EXPECT_NEAR(view.stokes.s1(3, 5), dop * s0 / 4095 * std::cos(2 * aop), 1e-3);
-    EXPECT_NEAR(view.stokes.s2(3, 5), dop * s0 / 4095 * std::sin(2 * aop), 1e-3);
-    EXPECT_NEAR(view.level, 0.5 * s0 / 4095, 1e-3);
+    EXPECT_NEAR(view.stokes.s0(3, 5), s0 / 4000, 2e-3);
+    EXPECT_NEAR(view.stokes.s1(3, 5), dop * s0 / 4000 * std::cos(2 * aop), 1e-3);
+    EXPECT_NEAR(view.stokes.s2(3, 5), dop * s0 / 4000 * std::sin(2 * aop), 1e-3);
+    EXPECT_NEAR(view.level, 0.5 * s0 / 4000, 1e-3);
     EXPECT_NEAR(view.sharpness, 0, 1e-9);
   }
 }
 
 TEST(LiveView, ClippedSharesGoToTheirPolarizerAndAreSaid) {
-  const Layout layout = ParseLayout("90 45 / 135 0");
+  const Sensor sensor = TwelveBits("90 45 / 135 0");
   const LiveView view =
-      LookAt(UniformFrame(layout, [](int angle) { return angle == 45 ? 4095 : 1000; }), layout, 12, 16);
+      LookAt(UniformFrame(sensor.layout, [](int angle) { return angle == 45 ? 4095 : 1000; }), sensor, 16);
+  EXPECT_TRUE(std::isinf(view.stokes.noise(3, 3)));
   EXPECT_EQ(view.clipped, (std::array<double, 4>{0, 1, 0, 0}));
   EXPECT_TRUE(Advice(view).contains("clipped"));
   EXPECT_FALSE(Advice(view).contains("dark"));
 }
 
 TEST(LiveView, ADarkPictureIsSaid) {
-  const Layout layout;
-  EXPECT_TRUE(Advice(LookAt(UniformFrame(layout, [](int) { return 20; }), layout, 12, 16)).contains("dark"));
+  const Sensor sensor = TwelveBits("90 45 / 135 0");
+  const Frame frame = UniformFrame(sensor.layout, [](int) { return 120; });
+  EXPECT_TRUE(Advice(LookAt(frame, sensor, 16)).contains("dark"));
 }
 
 // A sine wave of S0 with a period of n cells: its Laplacian is (2 - 2 cos(2 pi / n)) times itself.
@@ -67,8 +78,9 @@ TEST(LiveView, SharpnessOfASineWave) {
   frame.info.width = frame.info.height = kSize;
   frame.payload = Pack(ParsePixelFormat("Mono12"), counts);
   const double factor = 2 - 2 * std::cos(2 * M_PI / kPeriod);
-  const double expected = 1000 * factor * factor * 0.5 * 1000 * 1000 / (2000.0 * 2000 + 0.5 * 1000 * 1000);
-  EXPECT_NEAR(LookAt(frame, Layout{}, 12, 16).sharpness, expected, 0.05 * expected);
+  const double expected =
+      1000 * factor * factor * 0.5 * 1000 * 1000 / ((2000.0 - kBlack) * (2000 - kBlack) + 0.5 * 1000 * 1000);
+  EXPECT_NEAR(LookAt(frame, TwelveBits("90 45 / 135 0"), 16).sharpness, expected, 0.05 * expected);
 }
 
 }  // namespace

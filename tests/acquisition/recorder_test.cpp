@@ -119,7 +119,7 @@ TEST_F(SessionFolder, KilledAtAnyMomentTheSessionHoldsEveryAcknowledgedFrame) {
   auto* acknowledged = new (shared) std::atomic<std::uint64_t>;
   Random random(3);
   std::uint64_t most = 0;
-  for (int round = 0; round < 40; ++round) {
+  for (int round = 0; round < 200; ++round) {
     std::filesystem::remove_all(session());
     *acknowledged = 0;
     const pid_t child = ::fork();

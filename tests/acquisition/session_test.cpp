@@ -101,7 +101,7 @@ TEST_F(SessionFolder, EveryFlippedBitIsFoundAndCostsOneFrameAtMost) {
   WriteSession(session(), 5);
   const std::string whole = ReadFile(segment());
   Random random(1);
-  for (int i = 0; i < 3000; ++i) {
+  for (int i = 0; i < 10000; ++i) {
     std::string bytes = whole;
     const std::size_t at = random.Below(std::uint32_t(whole.size()));
     bytes[at] = char(bytes[at] ^ (1 << random.Below(8)));

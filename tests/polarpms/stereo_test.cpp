@@ -208,9 +208,11 @@ TEST_F(Sphere, GoesOnAfterACancelAndRepairsADamagedMap) {
   EXPECT_TRUE(fs::exists(workspace_.DepthPath(2, "step0")));
   EXPECT_FALSE(fs::exists(workspace_.DepthPath(4, "step0")));
   std::ofstream(workspace_.DepthPath(1, "step0"), std::ios::trunc) << "damage";
+  std::ofstream(workspace_.NormalPath(1, "step77")) << "of other options, killed";
   EstimateDepths(folder_, Quick("default"), progress_);
   EXPECT_TRUE(AllBytes() == undisturbed);
   EXPECT_FALSE(fs::exists(workspace_.DepthPath(1, "step0"))) << "left over";
+  EXPECT_FALSE(fs::exists(workspace_.NormalPath(1, "step77"))) << "left over";
   std::ofstream(workspace_.NormalPath(1, "geometric"), std::ios::trunc) << "damage";
   EstimateDepths(folder_, Quick("default"), progress_);
   EXPECT_TRUE(AllBytes() == undisturbed);

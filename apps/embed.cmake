@@ -1,0 +1,11 @@
+# cmake -DPAGES=kName=FILE,... -DOUTPUT=pages.cpp -P embed.cmake: the pages' files as C++ constants (pages.h).
+string(REPLACE "," ";" PAGES "${PAGES}")
+file(WRITE ${OUTPUT}.part "#include \"apps/pages.h\"\nnamespace polarscan {\n")
+foreach(page ${PAGES})
+  string(REGEX MATCH "^([^=]+)=(.+)$" unused ${page})
+  set(name ${CMAKE_MATCH_1})
+  file(READ ${CMAKE_MATCH_2} text)
+  file(APPEND ${OUTPUT}.part "const char ${name}[] = R\"page(${text})page\";\n")
+endforeach()
+file(APPEND ${OUTPUT}.part "}  // namespace polarscan\n")
+file(RENAME ${OUTPUT}.part ${OUTPUT})
