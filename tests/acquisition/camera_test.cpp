@@ -19,9 +19,10 @@ namespace fs = std::filesystem;
 
 std::unique_ptr<Camera> SmallCamera(const std::string& format = "Mono12p", const std::string& fps = "1000") {
   std::unique_ptr<Camera> camera = OpenCamera("simulated", 1);
-  const std::pair<const char*, std::string> features[] = {{"width", "64"},          {"height", "48"},
-                                                          {"rings", "33:3"},        {"samples", "1"},
-                                                          {"pixel-format", format}, {"fps", fps}};
+  const std::pair<const char*, std::string> features[] = {
+      {"width", "64"},     {"height", "48"},         {"rings", "33:3"},
+      {"samples", "1"},    {"scene", "sphere"},      {"table", "false"},
+      {"blocks", "false"}, {"pixel-format", format}, {"fps", fps}};
   for (const auto& [name, value] : features) camera->Set(name, value);
   return camera;
 }

@@ -21,6 +21,8 @@ SimulatedCameraOptions SmallScene(const std::string& format, double fps) {
   options.simulator.width = 256, options.simulator.height = 192;
   options.simulator.rings = "33:3";
   options.simulator.samples = 1;
+  options.simulator.scene.scene = "sphere";
+  options.simulator.scene.table = options.simulator.scene.blocks = false;
   options.pixel_format = format;
   options.fps = fps;
   return options;

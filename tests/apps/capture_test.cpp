@@ -20,8 +20,10 @@ using Words = std::vector<std::string>;
 
 // A small camera, quickly ready.
 Words CaptureWords(const fs::path& session, const Words& more = {}) {
-  Words words = {"capture", "--camera",  "simulated", "-o",         session.string(), "--set",    "width=64",
-                 "--set",   "height=48", "--set",     "rings=33:3", "--set",          "samples=1"};
+  Words words = {"capture", "--camera", "simulated", "-o", session.string()};
+  for (const char* setting :
+       {"width=64", "height=48", "rings=33:3", "samples=1", "scene=sphere", "table=false", "blocks=false"})
+    words.insert(words.end(), {"--set", setting});
   words.insert(words.end(), more.begin(), more.end());
   return words;
 }
@@ -155,7 +157,8 @@ TEST_F(CaptureProgram, StockToolsReadAndStreamTheSimulatedGigeCamera) {
     GTEST_SKIP() << "arv-tool-0.8 and arv-camera-test-0.8 are not installed (aravis-tools-cli, aravis-tools)";
   const std::string address = OwnAddress(77);
   Process camera(Polarscan({"simulate", "--gige", address, "--width", "128", "--height", "96", "--rings",
-                            "33:3", "--samples", "1", "--pixel-format", "Mono8", "--fps", "20"}));
+                            "33:3", "--samples", "1", "--scene", "sphere", "--no-table", "--pixel-format",
+                            "Mono8", "--fps", "20"}));
   Outcome features;
   for (int round = 0; round < 30 && features.out.find("SensorWidth") == std::string::npos; ++round)
     features = Process({"arv-tool-0.8", "-a", address, "values"}).Wait(20);
@@ -209,6 +212,78 @@ TEST_F(CaptureProgram, ReconstructTakesASessionAndMakesItsViews) {
                {{"PATH", "/nowhere"}});
   EXPECT_EQ(ReadJson(folder_ / "scan" / "scan.json")["stages"]["views"]["state"], "done");
   EXPECT_TRUE(fs::exists(folder_ / "scan" / "views" / "000002.tif"));
+}
+
+// Every call that brings something to the disk fails once, in every place: by what the system says.
+TEST_F(CaptureProgram, WhateverTheSystemRefusesTheSessionIsUsableAndTheReasonIsSaid) {
+  if (Process({"strace", "-qq", "true"}).Wait(20).exit_code != 0)
+    GTEST_SKIP() << "there is no strace, or it may not trace here";
+  const Words record =
+      Polarscan(CaptureWords(session(), {"--frames", "12", "--set", "fps=200", "--sync", "0.03"}));
+  std::map<int, int> ends;
+  for (const auto& [call, error, reason] : {std::tuple{"writev", "ENOSPC", "disk full"},
+                                            {"writev", "EIO", "Input/output"},
+                                            {"writev", "EINTR", ""},
+                                            {"fdatasync", "EIO", "Input/output"},
+                                            {"fsync", "EIO", "Input/output"},
+                                            {"write", "ENOSPC", "disk full"},
+                                            {"rename", "EIO", "Input/output"},
+                                            {"openat", "EMFILE", "Too many open files"}})
+    for (int n = 1; n <= 5; ++n) {
+      fs::remove_all(session());
+      // Only on files of the session, so that the n-th call is one of the recorder's.
+      const std::string where = std::string(call) + ":error=" + error + ":when=" + std::to_string(n);
+      Words argv = {"strace", "-f", "-qq", "-o", "/dev/null", "-e", "inject=" + where};
+      for (const char* file : {"session.json", "segments", "segments/000000.seg", "segments/000001.seg", ""})
+        argv.insert(argv.end(), {"-P", (session() / file).string()});
+      argv.insert(argv.end(), record.begin(), record.end());
+      const Outcome outcome = Process(argv).Wait(60);
+      ++ends[outcome.exit_code];
+      ASSERT_TRUE(outcome.exit_code == kDone || outcome.exit_code == kFailed) << where << outcome.err;
+      if (outcome.exit_code == kFailed) {
+        EXPECT_NE(outcome.err.find(*reason ? reason : "never"), std::string::npos) << where << outcome.err;
+      }
+      if (!fs::exists(session() / "session.json")) continue;  // nothing had begun
+      const Session left = OpenSession(session(), Verify::kPayloads);
+      EXPECT_TRUE(left.damage.empty()) << where;
+      const bool whole = outcome.exit_code == kDone;
+      EXPECT_EQ(left.info.closed, whole) << where;
+      if (whole) EXPECT_EQ(left.frames.size(), 12u) << where;
+      for (std::size_t i = 0; i < left.frames.size(); ++i)
+        EXPECT_EQ(left.frames[i].info.sequence, i) << where;
+    }
+  EXPECT_GT(ends[kFailed], 10);
+  EXPECT_GT(ends[kDone], 5);
+}
+
+// From the camera to the cloud in a network of its own, by an ordinary user.
+TEST_F(CaptureProgram, WithoutRootInItsOwnNetworkTheGigeCameraIsRecordedAndReconstructed) {
+  const std::string script = R"(
+    set -e
+    ip link set lo up || exit 77
+    "$0" --quiet simulate --gige 127.0.0.1 --fps 10 -o "$1/camera" --masks --known-poses --width 128 --height 96 \
+      --rings 33:8 --samples 1 --texture strong &
+    camera=$!
+    "$0" capture --camera 127.0.0.1 --wait 60 -o "$1/session" --frames 8 --layout "90 45 / 135 0" --black-level 60
+    kill -INT $camera
+    cp -r "$1/camera/masks" "$1/camera/sparse" "$1/session"
+    "$0" reconstruct "$1/session" -o "$1/scan" --levels 1
+    "$0" evaluate "$1/scan" --truth "$1/camera/truth/mesh.ply" --json
+  )";
+  fs::permissions(folder_.path(), fs::perms::all);
+  Words argv = {"unshare",         "--map-root-user",      "--net", "sh", "-c", script,
+                POLARSCAN_PROGRAM, folder_.path().string()};
+  if (::geteuid() == 0) {
+    const Words as_nobody = {"setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"};
+    argv.insert(argv.begin(), as_nobody.begin(), as_nobody.end());
+  }
+  const Outcome outcome = Process(argv, {{"HOME", folder_.path().string()}}).Wait(200);
+  if (outcome.exit_code == 77 || outcome.err.find("unshare") == 0 || outcome.err.find("setpriv") == 0)
+    GTEST_SKIP() << "this system gives us no network of our own: " << outcome.err;
+  ASSERT_EQ(outcome.exit_code, kDone) << outcome.err;
+  const nlohmann::json found = nlohmann::json::parse(outcome.out);
+  EXPECT_LT(found.at("maps").at("mean").at("depth").at("over_all").at("median"), 0.05) << found.dump();
+  EXPECT_EQ(OpenSession(session()).frames.size(), 8u);
 }
 
 }  // namespace

@@ -22,27 +22,12 @@ class PreviewPage : public testing::Test {
   PreviewPage()
       : port_(20000 + getpid() % 20000),
         client_("127.0.0.1", port_),
-        capture_(Polarscan({"capture",
-                            "--camera",
-                            "simulated",
-                            "-o",
-                            session().string(),
-                            "--set",
-                            "width=240",
-                            "--set",
-                            "height=200",
-                            "--set",
-                            "rings=33:2",
-                            "--set",
-                            "samples=1",
-                            "--set",
-                            "fps=20",
-                            "--layout",
-                            "90 45 / 135 0",
-                            "--on-key",
-                            "--preview",
-                            "--preview-port",
-                            std::to_string(port_)})) {
+        capture_(Polarscan({"capture",          "--camera",       "simulated",          "-o",
+                            session().string(), "--set",          "width=240",          "--set",
+                            "height=200",       "--set",          "rings=33:2",         "--set",
+                            "light=overcast",   "--set",          "samples=1",          "--set",
+                            "fps=20",           "--layout",       "90 45 / 135 0",      "--on-key",
+                            "--preview",        "--preview-port", std::to_string(port_)})) {
     for (int i = 0; i < 600 && State().value("picture", 0) == 0; ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
