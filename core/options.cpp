@@ -45,7 +45,7 @@ void FromJson(const nlohmann::json& values, OptionTable& table) {
     const auto option = std::ranges::find(table, name, &Option::name);
     if (option == table.end()) throw Error("there is no such option", name);
     try {
-      std::visit([&](auto* target) { value.get_to(*target); }, option->value);
+      std::visit([&json = value](auto* target) { json.get_to(*target); }, option->value);
     } catch (const nlohmann::json::exception&) {
       throw Error("an option has a value of the wrong kind", fmt::format("{} = {}", name, value.dump()));
     }

@@ -3,12 +3,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
 
 #include "core/error.h"
 
 namespace polarscan {
 namespace {
+
+constexpr int kLargestPictureSide = 1 << 20;
+constexpr std::size_t kLargestStride = 1 << 24;
 
 struct Family {
   const char *prefix, *bayer;
@@ -132,6 +136,9 @@ std::size_t PayloadBytes(const PixelFormat& format, int width, int height, std::
 
 Image<std::uint16_t> Unpack(const PixelFormat& format, std::span<const std::uint8_t> payload, int width,
                             int height, std::size_t stride) {
+  if (width <= 0 || height <= 0 || std::max(width, height) > kLargestPictureSide || stride > kLargestStride)
+    throw Error(fmt::format("a frame cannot have {}x{} px in rows of {} bytes", width, height, stride),
+                format.name);
   const std::size_t needed = PayloadBytes(format, width, height, stride), row = std::size_t(width);
   if (payload.size() < needed || (stride > 0 && stride < RowBytes(format, width)))
     throw Error(fmt::format("a {}x{} frame with rows of {} bytes does not fit in its {} bytes", width, height,

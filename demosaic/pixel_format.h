@@ -40,7 +40,7 @@ std::size_t RowBytes(const PixelFormat& format, int width);
 std::size_t PayloadBytes(const PixelFormat& format, int width, int height, std::size_t stride = 0);
 
 // The samples of a payload; what follows the picture is not looked at. Throws Error if the payload is too
-// short or the stride shorter than a row.
+// short, the stride shorter than a row, or a side not in 1 ... 2^20.
 Image<std::uint16_t> Unpack(const PixelFormat& format, std::span<const std::uint8_t> payload, int width,
                             int height, std::size_t stride = 0);
 

@@ -116,5 +116,13 @@ TEST(PixelFormat, AnUnknownNameIsAnErrorThatShowsARightOne) {
     }
 }
 
+TEST(PixelFormat, ASizeThatNoPictureHasIsAnError) {
+  const Bytes bytes(64);
+  const PixelFormat format = ParsePixelFormat("Mono8");
+  for (const auto& [width, height] : {std::pair{-1, 8}, {8, -1}, {0, 8}, {8, 0}, {1 << 21, 1}})
+    EXPECT_THROW(Unpack(format, bytes, width, height), Error) << width << " x " << height;
+  EXPECT_THROW(Unpack(format, bytes, 2, 2, std::size_t(-2)), Error);
+}
+
 }  // namespace
 }  // namespace polarscan
