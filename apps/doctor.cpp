@@ -59,12 +59,12 @@ std::ptrdiff_t Count(const std::vector<HostCheck>& checks, CheckState state) {
   return std::ranges::count(checks, state, &HostCheck::state);
 }
 
-// One line a check, and its fix on a line of its own.
-std::string Line(const HostCheck& check, std::size_t name_width) {
+// One line a check, and its fix on a line of its own. Long names (of cameras) push the rest to the right.
+std::string Line(const HostCheck& check) {
   const bool is_fine = check.state == CheckState::kGood || check.state == CheckState::kNotApplicable;
   std::string text =
-      fmt::format("{:<9}{:<{}}  {}", check.state == CheckState::kNotApplicable ? "-" : ToString(check.state),
-                  check.name, name_width, check.measured);
+      fmt::format("{:<9}{:<24}  {}", check.state == CheckState::kNotApplicable ? "-" : ToString(check.state),
+                  check.name, check.measured);
   if (!is_fine && !check.required.empty()) text += "; wanted: " + check.required;
   if (!check.fix.empty()) text += fmt::format("\n{:<9}  {} {}", "", is_fine ? "try:" : "fix:", check.fix);
   return text + "\n";
@@ -78,16 +78,14 @@ std::string Verdict(const std::vector<HostCheck>& checks) {
 }
 
 std::string TableText(const std::vector<HostCheck>& checks) {
-  std::size_t name_width = 0;
-  for (const HostCheck& check : checks) name_width = std::max(name_width, check.name.size());
   std::string text;
-  for (const HostCheck& check : checks) text += Line(check, name_width);
+  for (const HostCheck& check : checks) text += Line(check);
   return text + Verdict(checks);
 }
 
 void Run(const std::string& folder, Context& context) {
   context.progress.Begin("looking", 0);
-  const std::vector<HostCheck> checks = RunHostTasks(Tasks(Host(), folder), context.progress);
+  const std::vector<HostCheck> checks = RunHostTasks(Tasks(Host(), fs::canonical(folder)), context.progress);
   context.not_ready = Count(checks, CheckState::kBad) > 0;
   nlohmann::json list = nlohmann::json::array();
   for (const HostCheck& check : checks) list.push_back(ToJson(check));

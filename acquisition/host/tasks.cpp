@@ -14,11 +14,20 @@ namespace polarscan {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+constexpr std::chrono::milliseconds kPoll{50}, kGrace{1000};  // kGrace: to tidy up when cancelled
 
-// A task on a thread of its own. Nobody waits for the thread: what it uses lives as long as it does.
-class Running {
+std::vector<HostCheck> Run(const HostTask& task, Progress& progress) {
+  try {
+    return task.run(progress);
+  } catch (const std::exception& error) {
+    return {{task.name, CheckState::kBad, error.what(), "", task.fix}};
+  }
+}
+
+// A task on a thread of its own. The thread may outlive this: what it uses lives as long as it does.
+class RunningTask {
  public:
-  explicit Running(const HostTask& task) : task_(task), shared_(std::make_shared<Shared>()) {
+  explicit RunningTask(const HostTask& task) : shared_(std::make_shared<Shared>()) {
     std::thread([shared = shared_, task] {
       const std::vector<HostCheck> checks = Run(task, shared->progress);
       const std::lock_guard lock(shared->mutex);
@@ -26,20 +35,14 @@ class Running {
       shared->done.notify_all();
     }).detach();
   }
-  ~Running() { shared_->progress.Cancel(); }
-  Running(const Running&) = delete;
 
-  std::vector<HostCheck> Wait(Clock::time_point began, const Progress& progress) {
-    const auto limit =
-        began + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(task_.limit_s));
+  void Cancel() { shared_->progress.Cancel(); }
+
+  // Nothing if it is not done by then.
+  std::optional<std::vector<HostCheck>> Wait(Clock::time_point until) {
     std::unique_lock lock(shared_->mutex);
-    while (!shared_->checks && Clock::now() < limit) {
-      progress.Check();
-      shared_->done.wait_for(lock, std::chrono::milliseconds(50));
-    }
-    if (shared_->checks) return *shared_->checks;
-    return {{task_.name, CheckState::kWarning, fmt::format("no answer in {:g} s", task_.limit_s), "an answer",
-             task_.fix}};
+    shared_->done.wait_until(lock, until, [this] { return shared_->checks.has_value(); });
+    return shared_->checks;
   }
 
  private:
@@ -49,28 +52,39 @@ class Running {
     std::condition_variable done;
     std::optional<std::vector<HostCheck>> checks;
   };
-
-  static std::vector<HostCheck> Run(const HostTask& task, Progress& progress) {
-    try {
-      return task.run(progress);
-    } catch (const std::exception& error) {
-      return {{task.name, CheckState::kBad, error.what(), "", task.fix}};
-    }
-  }
-
-  HostTask task_;
   std::shared_ptr<Shared> shared_;
 };
+
+// Those that are still running at the end are cancelled and have a moment to tidy up.
+struct RunningTasks {
+  std::vector<RunningTask> list;
+  ~RunningTasks() {
+    for (RunningTask& task : list) task.Cancel();
+    const Clock::time_point until = Clock::now() + kGrace;
+    for (RunningTask& task : list) task.Wait(until);
+  }
+};
+
+std::vector<HostCheck> WaitFor(RunningTask& running, const HostTask& task, Clock::time_point began,
+                               const Progress& progress) {
+  const std::chrono::duration<double> limit(task.limit_s);
+  while (Clock::now() - began < limit) {
+    progress.Check();
+    if (const auto checks = running.Wait(Clock::now() + kPoll)) return *checks;
+  }
+  return {{task.name, CheckState::kWarning, fmt::format("no answer in {:g} s", task.limit_s), "an answer",
+           task.fix}};
+}
 
 }  // namespace
 
 std::vector<HostCheck> RunHostTasks(const std::vector<HostTask>& tasks, const Progress& progress) {
   const Clock::time_point began = Clock::now();
-  std::vector<std::unique_ptr<Running>> running;
-  for (const HostTask& task : tasks) running.push_back(std::make_unique<Running>(task));
+  RunningTasks running;
+  for (const HostTask& task : tasks) running.list.emplace_back(task);
   std::vector<HostCheck> checks;
-  for (const auto& task : running) {
-    const std::vector<HostCheck> more = task->Wait(began, progress);
+  for (std::size_t i = 0; i < tasks.size(); ++i) {
+    const std::vector<HostCheck> more = WaitFor(running.list[i], tasks[i], began, progress);
     checks.insert(checks.end(), more.begin(), more.end());
   }
   return checks;

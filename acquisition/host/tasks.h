@@ -16,8 +16,8 @@ struct HostTask {
 };
 
 // Runs all of them at the same time; the checks come in the order of the tasks. One that does not end in time
-// (a network disk, a driver that hangs) is cancelled, left alone and reported. Throws Cancelled at once when
-// asked to stop.
+// (a network disk, a driver that hangs) is cancelled, has a second to tidy up, is then left alone, and is
+// reported. Throws Cancelled within that second when asked to stop.
 std::vector<HostCheck> RunHostTasks(const std::vector<HostTask>& tasks, const Progress& progress);
 
 }  // namespace polarscan

@@ -6,7 +6,9 @@
 #include <sys/timex.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <chrono>
+#include <functional>
 #include <thread>
 
 #include "acquisition/host/disk.h"
@@ -383,8 +385,17 @@ TEST(HostTasks, ATaskThatHangsIsCancelledAndReported) {
   EXPECT_LT(std::chrono::steady_clock::now() - began, std::chrono::seconds(20));
   ASSERT_EQ(checks.size(), 1u);
   EXPECT_TRUE(Is(checks[0], CheckState::kWarning));
-  for (int i = 0; i < 5000 && !*cancelled; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   EXPECT_TRUE(*cancelled);
+}
+
+TEST(HostTasks, ATaskThatCannotBeStoppedIsLeftAlone) {
+  const auto over = std::make_shared<std::atomic<bool>>(false);
+  const auto hang = [over](Progress&) {
+    while (!*over) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return Checks();
+  };
+  EXPECT_TRUE(Is(RunHostTasks({{"hangs", 0.1, "", hang}}, Progress()).at(0), CheckState::kWarning));
+  *over = true;
 }
 
 TEST(HostTasks, StoppingDoesNotWaitForThem) {
