@@ -17,6 +17,7 @@ struct Context {
   std::uint64_t seed = 0;  // --seed: where a stage's options have a seed, the command sets it to this
   bool json = false;       // --json: the result goes to stdout as JSON (see Finish)
   bool data_lost = false;  // a command sets it when it is done but data was lost or damaged: exit code 3
+  bool not_ready = false;  // doctor sets it when something is bad: exit code 1
 
   // A command's last line: with --json `result` on stdout, else `text` on stderr.
   void Finish(const nlohmann::json& result, const std::string& text) const;
@@ -46,6 +47,7 @@ void AddCamerasCommand(CLI::App& app, Context& context);
 void AddCaptureCommand(CLI::App& app, Context& context);
 void AddCheckCommand(CLI::App& app, Context& context);
 void AddDemosaicCommand(CLI::App& app, Context& context);
+void AddDoctorCommand(CLI::App& app, Context& context);
 void AddEvaluateCommand(CLI::App& app, Context& context);
 void AddExportCommand(CLI::App& app, Context& context);
 void AddFuseCommand(CLI::App& app, Context& context);

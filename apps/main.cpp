@@ -58,6 +58,7 @@ void AddGlobalOptions(CLI::App& app, GlobalOptions& options, Context& context) {
 }
 
 void AddCommands(CLI::App& app, Context& context) {
+  AddDoctorCommand(app, context);
   AddSimulateCommand(app, context);
   AddCamerasCommand(app, context);
   AddCaptureCommand(app, context);
@@ -97,7 +98,7 @@ int Run(int argc, char** argv) {
   StopOnInterrupt(terminal);
   try {
     app.parse(argc, argv);
-    return context.data_lost ? kDataLost : kDone;
+    return context.data_lost ? kDataLost : context.not_ready ? kFailed : kDone;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kDone : kWrongUsage;
   } catch (const std::exception& error) {
