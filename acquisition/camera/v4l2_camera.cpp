@@ -163,13 +163,13 @@ class V4l2Camera : public ReturningCamera {
   ~V4l2Camera() override { V4l2Camera::Stop(); }
 
   CameraInfo info() const override {
-    v4l2_capability capability{};
-    Ask(fd(), VIDIOC_QUERYCAP, &capability);
-    return {device_, TextOf(capability.driver), TextOf(capability.card), TextOf(capability.bus_info)};
+    return {device_, TextOf(capability_.driver), TextOf(capability_.card), TextOf(capability_.bus_info)};
   }
   nlohmann::json sensor() const override { return {{"bits", ParsePixelFormat(FormatName()).bits}}; }
 
   nlohmann::json features() const override {
+    v4l2_capability still{};
+    if (Ask(fd(), VIDIOC_QUERYCAP, &still) < 0) ThrowRefusal("the camera does not answer", device_);
     nlohmann::json values = {{"pixel-format", FormatName()},
                              {"width", picture_.width},
                              {"height", picture_.height},
@@ -254,8 +254,7 @@ class V4l2Camera : public ReturningCamera {
   void Open() {
     file_ = std::make_unique<Descriptor>(::open(device_.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
     if (file_->fd < 0) ThrowRefusal("the camera cannot be opened", device_);
-    v4l2_capability capability{};
-    if (Ask(fd(), VIDIOC_QUERYCAP, &capability) < 0 || !Captures(capability))
+    if (Ask(fd(), VIDIOC_QUERYCAP, &capability_) < 0 || !Captures(capability_))
       throw Error("this is no video capture device", device_,
                   "polarscan cameras lists those that can be seen");
     const auto offered = OfferedFormats(fd());
@@ -403,6 +402,7 @@ class V4l2Camera : public ReturningCamera {
 
   std::string device_;
   std::unique_ptr<Descriptor> file_;
+  v4l2_capability capability_{};
   v4l2_pix_format wanted_{};               // pixelformat, width and height; 0: any
   v4l2_pix_format picture_{}, started_{};  // what is set; what the stream began with
   std::optional<double> fps_;
