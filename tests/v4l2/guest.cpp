@@ -128,7 +128,7 @@ void V4l2::ExpectExactPictures(std::uint32_t code, const std::string& name, int 
   camera_->Set("buffers", "4");
   camera_->Start(messages_);
   std::set<std::uint64_t> seen;
-  while (seen.size() < std::size_t(count)) {  // the two ends have clocks of their own: some come twice or never
+  while (seen.size() < std::size_t(count)) {  // two clocks: some come twice, some never
     ASSERT_NO_FATAL_FAILURE(Expect(Delivery::kFrame));
     EXPECT_EQ(frame_.info.pixel_format, name);
     ASSERT_EQ(frame_.payload.size(), std::size_t(width * height * (name == "Mono8" ? 1 : 2)));

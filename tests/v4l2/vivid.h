@@ -21,8 +21,8 @@ inline constexpr char kCapture[] = "/dev/video0", kOutput[] = "/dev/video1";
 void LoadVivid(const std::string& options);
 // False if somebody still holds it.
 bool UnloadVivid();
-// As if the device were pulled out and plugged in. While somebody still holds the old /dev/video0, the new one
-// gets another number.
+// As if the device were pulled out and plugged in. While somebody still holds the old /dev/video0, the new
+// one gets another number.
 void PlugOut();
 void PlugIn();
 
@@ -39,9 +39,9 @@ void SetTimings(const std::string& device, int width, int height, int rate);
 // The bytes of the n-th picture sent: random, with n in the first eight.
 std::vector<std::uint8_t> SentPicture(std::uint64_t n, std::size_t bytes);
 
-// Sends pictures, each another, into the output, until it is destroyed. They come out of the capture device if
-// both have the same timings, format and size, and its controls osd_text_mode=2 and loop_video=1 (Linux 6.1);
-// else it makes pictures of its own, without a word.
+// Sends pictures, each another, into the output, until it is destroyed. They come out of the capture device
+// if both have the same timings, format and size, and its controls osd_text_mode=2 and loop_video=1
+// (Linux 6.1); else it makes pictures of its own, without a word.
 class Sender {
  public:
   Sender(std::uint32_t pixel_format, int width, int height);
