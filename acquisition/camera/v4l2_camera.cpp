@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -22,7 +23,6 @@
 #include "acquisition/camera/returning_camera.h"
 #include "core/descriptor.h"
 #include "core/error.h"
-#include "core/files.h"
 #include "demosaic/pixel_format.h"
 
 namespace polarscan {
@@ -52,6 +52,25 @@ int Ask(int fd, unsigned long request, void* argument) {
     result = ::ioctl(fd, request, argument);
   } while (result < 0 && errno == EINTR);
   return result;
+}
+
+// For what the system just said in errno.
+[[noreturn]] void ThrowRefusal(const std::string& what, const std::string& where) {
+  const int code = errno;
+  std::string advice;
+  if (code == EBUSY) advice = "Another program uses the camera; end it first";
+  if (code == EACCES || code == EPERM) advice = "Members of the group \"video\" may usually open cameras";
+  throw Error(fmt::format("{} ({})", what, std::strerror(code)), where, advice);
+}
+
+template <class T>
+T NumberOf(const std::string& feature, const std::string& text) {
+  T number{};
+  const char* end = text.data() + text.size();
+  const auto [rest, code] = std::from_chars(text.data(), end, number);
+  if (code != std::errc() || rest != end)
+    throw Error("this is not a number that the camera could take", fmt::format("{}={}", feature, text));
+  return number;
 }
 
 template <class T>
@@ -90,24 +109,25 @@ bool Captures(const v4l2_capability& capability) {
   return (can & V4L2_CAP_VIDEO_CAPTURE) && (can & V4L2_CAP_STREAMING);
 }
 
-// The driver's buffers, mapped.
+// The driver's buffers, mapped. A mapping keeps the device open, so none may outlive a failure.
 class Buffers {
  public:
-  Buffers(int fd, int count, const std::string& device) : fd_(fd) {
+  explicit Buffers(int fd) : fd_(fd) {}
+  void Allocate(int count, const std::string& device) {
     v4l2_requestbuffers request{};
     request.count = std::uint32_t(count);
     request.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
     request.memory = V4L2_MEMORY_MMAP;
-    if (Ask(fd, VIDIOC_REQBUFS, &request) < 0) ThrowSystemError("the camera gives no buffers", device);
+    if (Ask(fd_, VIDIOC_REQBUFS, &request) < 0) ThrowRefusal("the camera gives no buffers", device);
     for (std::uint32_t i = 0; i < request.count; ++i) {
       v4l2_buffer buffer = Buffer(i);
-      if (Ask(fd, VIDIOC_QUERYBUF, &buffer) < 0) ThrowSystemError("the camera gives no buffers", device);
-      void* memory = ::mmap(nullptr, buffer.length, PROT_READ, MAP_SHARED, fd, off_t(buffer.m.offset));
-      if (memory == MAP_FAILED) ThrowSystemError("the camera's buffers cannot be mapped", device);
+      if (Ask(fd_, VIDIOC_QUERYBUF, &buffer) < 0) ThrowRefusal("the camera gives no buffers", device);
+      void* memory = ::mmap(nullptr, buffer.length, PROT_READ, MAP_SHARED, fd_, off_t(buffer.m.offset));
+      if (memory == MAP_FAILED) ThrowRefusal("the camera's buffers cannot be mapped", device);
       memory_.emplace_back(static_cast<const std::uint8_t*>(memory), buffer.length);
     }
     for (std::uint32_t i = 0; i < request.count; ++i)
-      if (!Give(i)) ThrowSystemError("the camera takes no buffers", device);
+      if (!Give(i)) ThrowRefusal("the camera takes no buffers", device);
   }
   ~Buffers() {
     for (const auto& part : memory_) ::munmap(const_cast<std::uint8_t*>(part.data()), part.size());
@@ -143,13 +163,13 @@ class V4l2Camera : public ReturningCamera {
   ~V4l2Camera() override { V4l2Camera::Stop(); }
 
   CameraInfo info() const override {
-    v4l2_capability capability{};
-    Ask(fd(), VIDIOC_QUERYCAP, &capability);
-    return {device_, TextOf(capability.driver), TextOf(capability.card), TextOf(capability.bus_info)};
+    return {device_, TextOf(capability_.driver), TextOf(capability_.card), TextOf(capability_.bus_info)};
   }
   nlohmann::json sensor() const override { return {{"bits", ParsePixelFormat(FormatName()).bits}}; }
 
   nlohmann::json features() const override {
+    v4l2_capability still{};
+    if (Ask(fd(), VIDIOC_QUERYCAP, &still) < 0) ThrowRefusal("the camera does not answer", device_);
     nlohmann::json values = {{"pixel-format", FormatName()},
                              {"width", picture_.width},
                              {"height", picture_.height},
@@ -170,41 +190,41 @@ class V4l2Camera : public ReturningCamera {
   }
 
  protected:
+  // Sizes are checked when the stream begins, because many cameras know pairs of width and height only.
   void Apply(const std::string& feature, const std::string& value) override {
-    v4l2_format format = CurrentFormat();
-    const double number = std::strtod(value.c_str(), nullptr);
     if (feature == "pixel-format") {
-      format.fmt.pix.pixelformat = CodeOf(value);
-      SetFormat(format);
+      wanted_.pixelformat = CodeOf(value);
+      ChooseFormat();
     } else if (feature == "width" || feature == "height") {
-      (feature == "width" ? format.fmt.pix.width : format.fmt.pix.height) = std::uint32_t(number);
-      SetFormat(format);
+      (feature == "width" ? wanted_.width : wanted_.height) = NumberOf<std::uint32_t>(feature, value);
+      ChooseFormat();
     } else if (feature == "fps") {
-      SetFramesPerSecond(number);
+      fps_ = NumberOf<double>(feature, value);
+      SetFramesPerSecond(*fps_);
     } else if (feature == "input") {
-      int input = int(number);
-      if (Ask(fd(), VIDIOC_S_INPUT, &input) < 0) ThrowSystemError("the camera has no such input", value);
+      int input = NumberOf<int>(feature, value);
+      if (Ask(fd(), VIDIOC_S_INPUT, &input) < 0) ThrowRefusal("the camera has no such input", value);
+      ChooseFormat();
     } else if (feature == "buffers") {
-      buffer_count_ = std::clamp(int(number), 2, 32);
+      buffer_count_ = std::clamp(NumberOf<int>(feature, value), 2, 32);
     } else {
-      SetControl(feature, std::int32_t(number));
+      SetControl(feature, NumberOf<std::int32_t>(feature, value));
     }
   }
 
   void Begin(bool again) override {
+    if (again) wanted_ = started_;
+    ChooseFormat();  // other settings may have changed it
+    CheckFormat();
     CheckLayout();
-    if (again && (picture_.pixelformat != started_.pixelformat || picture_.width != started_.width ||
-                  picture_.height != started_.height))
-      throw Error("the camera came back with another picture format", device_);
-    started_ = picture_;
-    buffers_ = std::make_unique<Buffers>(fd(), buffer_count_, device_);
+    ChooseRate();
+    WarnWithoutSignal();
+    auto buffers = std::make_unique<Buffers>(fd());
+    buffers->Allocate(buffer_count_, device_);
     int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-    if (Ask(fd(), VIDIOC_STREAMON, &type) < 0) {
-      const int reason = errno;
-      buffers_.reset();
-      errno = reason;
-      ThrowSystemError("the camera does not start", device_);
-    }
+    if (Ask(fd(), VIDIOC_STREAMON, &type) < 0) ThrowRefusal("the camera does not start", device_);
+    buffers_ = std::move(buffers);
+    started_ = picture_;
     first_.reset();
   }
 
@@ -233,37 +253,36 @@ class V4l2Camera : public ReturningCamera {
 
   void Open() {
     file_ = std::make_unique<Descriptor>(::open(device_.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
-    if (file_->fd < 0) ThrowSystemError("the camera cannot be opened", device_);
-    v4l2_capability capability{};
-    if (Ask(fd(), VIDIOC_QUERYCAP, &capability) < 0 || !Captures(capability))
+    if (file_->fd < 0) ThrowRefusal("the camera cannot be opened", device_);
+    if (Ask(fd(), VIDIOC_QUERYCAP, &capability_) < 0 || !Captures(capability_))
       throw Error("this is no video capture device", device_,
                   "polarscan cameras lists those that can be seen");
-    v4l2_format format = CurrentFormat();
     const auto offered = OfferedFormats(fd());
     if (offered.empty())
       throw Error("the camera offers no raw mosaic", device_,
                   "It should offer GREY, Y10, Y12, Y16 or raw Bayer");
-    format.fmt.pix.pixelformat = offered.front()->code;
-    SetFormat(format);
+    wanted_ = {};
+    wanted_.pixelformat = offered.front()->code;
+    ChooseFormat();
   }
 
-  v4l2_format CurrentFormat() const {
+  // Asks for what is wanted. The driver changes what it does not like instead of refusing it.
+  void ChooseFormat() {
     v4l2_format format{};
     format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-    if (Ask(fd(), VIDIOC_G_FMT, &format) < 0)
-      ThrowSystemError("the camera does not tell its format", device_);
-    return format;
-  }
-
-  // The driver changes what it does not like instead of refusing it.
-  void SetFormat(v4l2_format wanted) {
-    v4l2_format format = wanted;
+    if (Ask(fd(), VIDIOC_G_FMT, &format) < 0) ThrowRefusal("the camera does not tell its format", device_);
+    format.fmt.pix.pixelformat = wanted_.pixelformat;
+    if (wanted_.width) format.fmt.pix.width = wanted_.width;
+    if (wanted_.height) format.fmt.pix.height = wanted_.height;
     format.fmt.pix.field = V4L2_FIELD_NONE;
     format.fmt.pix.bytesperline = format.fmt.pix.sizeimage = 0;
-    if (Ask(fd(), VIDIOC_S_FMT, &format) < 0) ThrowSystemError("the camera refuses the format", device_);
+    if (Ask(fd(), VIDIOC_S_FMT, &format) < 0) ThrowRefusal("the camera refuses the format", device_);
     picture_ = format.fmt.pix;
-    if (picture_.pixelformat != wanted.fmt.pix.pixelformat || picture_.width != wanted.fmt.pix.width ||
-        picture_.height != wanted.fmt.pix.height)
+  }
+
+  void CheckFormat() const {
+    if (picture_.pixelformat != wanted_.pixelformat || (wanted_.width && picture_.width != wanted_.width) ||
+        (wanted_.height && picture_.height != wanted_.height))
       throw Error(fmt::format("the camera makes {} {}x{} of what was asked for", FormatName(), picture_.width,
                               picture_.height),
                   device_);
@@ -306,11 +325,21 @@ class V4l2Camera : public ReturningCamera {
   }
 
   void SetFramesPerSecond(double rate) {
+    if (!(rate > 0 && rate < 1e6)) throw Error("there is no such frame rate", fmt::format("fps={}", rate));
     v4l2_streamparm parameters{};
     parameters.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
     parameters.parm.capture.timeperframe = {1000, std::uint32_t(std::lround(1000 * rate))};
-    if (Ask(fd(), VIDIOC_S_PARM, &parameters) < 0)
-      ThrowSystemError("the camera refuses the frame rate", device_);
+    if (Ask(fd(), VIDIOC_S_PARM, &parameters) < 0) ThrowRefusal("the camera refuses the frame rate", device_);
+  }
+
+  // A format brings a rate of its own, and may not know the one that is wanted.
+  void ChooseRate() {
+    if (!fps_) return;
+    SetFramesPerSecond(*fps_);
+    const double rate = FramesPerSecond();
+    if (std::abs(rate - *fps_) > 0.01 * *fps_)
+      progress().Warn(
+          fmt::format("the camera makes {:.6g} frames/s where {:.6g} were asked for", rate, *fps_));
   }
 
   void SetControl(const std::string& name, std::int32_t value) {
@@ -319,7 +348,9 @@ class V4l2Camera : public ReturningCamera {
     if (found == controls.end())
       throw Error("the camera has no such feature", name, "v4l2-ctl -L lists what it has");
     v4l2_control control{found->second.id, value};
-    if (Ask(fd(), VIDIOC_S_CTRL, &control) < 0)
+    const bool outside = found->second.type == V4L2_CTRL_TYPE_INTEGER &&
+                         (value < found->second.minimum || value > found->second.maximum);
+    if (outside || Ask(fd(), VIDIOC_S_CTRL, &control) < 0)  // the kernel itself would take the nearest
       throw Error("the camera refuses this value", fmt::format("{}={}", name, value),
                   fmt::format("From {} to {}", found->second.minimum, found->second.maximum));
   }
@@ -340,6 +371,13 @@ class V4l2Camera : public ReturningCamera {
     }
   }
 
+  void WarnWithoutSignal() const {
+    v4l2_input input{};
+    if (Ask(fd(), VIDIOC_G_INPUT, &input.index) < 0 || Ask(fd(), VIDIOC_ENUMINPUT, &input) < 0) return;
+    if (input.status & (V4L2_IN_ST_NO_POWER | V4L2_IN_ST_NO_SIGNAL | V4L2_IN_ST_NO_SYNC))
+      progress().Warn("the camera says that no picture arrives at its input " + TextOf(input.name));
+  }
+
   Delivery Take(const v4l2_buffer& buffer, Frame& frame) {
     if (!first_) first_ = buffer.sequence;
     FrameInfo& info = frame.info;
@@ -357,14 +395,17 @@ class V4l2Camera : public ReturningCamera {
     if (buffer.flags & V4L2_BUF_FLAG_ERROR) info.name = "marked as damaged by the driver";
     if (info.name.empty() && bytes < needed) info.name = "too few bytes";
     if (!info.name.empty()) return Delivery::kDamaged;
-    const auto data = (*buffers_)[buffer.index].first(bytes);
+    const auto data = (*buffers_)[buffer.index].first(needed);
     frame.payload.assign(data.begin(), data.end());
     return Delivery::kFrame;
   }
 
   std::string device_;
   std::unique_ptr<Descriptor> file_;
-  v4l2_pix_format picture_{}, started_{};
+  v4l2_capability capability_{};
+  v4l2_pix_format wanted_{};               // pixelformat, width and height; 0: any
+  v4l2_pix_format picture_{}, started_{};  // what is set; what the stream began with
+  std::optional<double> fps_;
   int buffer_count_ = 8;
   std::unique_ptr<Buffers> buffers_;
   std::optional<std::uint32_t> first_;  // the driver's number of the first frame since (re)start
