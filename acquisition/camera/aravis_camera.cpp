@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cstring>
+#include <limits>
 
 #include "acquisition/camera/pacer.h"
 #include "acquisition/camera/returning_camera.h"
@@ -28,6 +29,7 @@ namespace polarscan {
 namespace {
 
 constexpr int kSocketBuffer = 64 << 20, kSmallestPacket = 576, kLargestPacket = 16404;
+constexpr std::chrono::seconds kTemperatureEvery{5};
 constexpr guint kFrameRetention_us = 300'000, kPacketTimeout_us = 20'000;
 
 struct Unref {
@@ -246,6 +248,14 @@ class AravisCamera : public ReturningCamera {
     return Text(arv_gc_feature_node_get_value_as_string(ARV_GC_FEATURE_NODE(node), &ignored));
   }
 
+  // NaN if the camera does not say.
+  double FloatFeature(const char* feature) const {
+    if (!Has(feature)) return std::numeric_limits<double>::quiet_NaN();
+    Failure failure;
+    const double value = arv_device_get_float_feature_value(Device(), feature, &failure);
+    return failure ? std::numeric_limits<double>::quiet_NaN() : value;
+  }
+
   // A value of the camera's that the user has not asked for.
   void Prefer(const char* feature, const std::string& value, const std::string& why) {
     if (IsSet(feature) || !Has(feature)) return;
@@ -313,6 +323,8 @@ class AravisCamera : public ReturningCamera {
                    kPacketTimeout_us, "frame-retention", kFrameRetention_us, nullptr);
     for (int i = 0; i < buffers_; ++i) GiveBuffer({});
     numbers_ = FrameNumbers(IsGige());
+    exposure_us_ = FloatFeature(Has("ExposureTime") ? "ExposureTime" : "ExposureTimeAbs");
+    gain_db_ = FloatFeature("Gain");
     arv_camera_start_acquisition(camera_.get(), &failure);
     failure.Throw("the camera does not start", info_.id);
   }
@@ -344,6 +356,9 @@ class AravisCamera : public ReturningCamera {
     info.camera_time_ns = std::int64_t(arv_buffer_get_timestamp(buffer));
     info.host_time_ns = HostTimeNs();
     info.pixel_format = format_;
+    info.exposure_us = exposure_us_;
+    info.gain_db = gain_db_;
+    info.temperature_c = Temperature();
     const ArvBufferStatus status = arv_buffer_get_status(buffer);
     std::string reason = status == ARV_BUFFER_STATUS_SUCCESS ? Describe(buffer, info) : ReasonOf(status);
     if (reason.empty()) {
@@ -360,6 +375,16 @@ class AravisCamera : public ReturningCamera {
     frame.info = info;
     frame.info.name = reason;
     return Delivery::kDamaged;
+  }
+
+  // Asked for now and then: it takes a question to the camera.
+  double Temperature() {
+    const auto now = Clock::now();
+    if (now >= next_temperature_) {
+      temperature_c_ = FloatFeature("DeviceTemperature");
+      next_temperature_ = now + kTemperatureEvery;
+    }
+    return temperature_c_;
   }
 
   // What is wrong with a whole buffer; fills in its size.
@@ -392,6 +417,8 @@ class AravisCamera : public ReturningCamera {
   Object<ArvCamera> camera_;
   Object<ArvStream> stream_;
   int buffers_ = 24;
+  double exposure_us_ = 0, gain_db_ = 0, temperature_c_ = 0;  // NaN: unknown
+  Clock::time_point next_temperature_;
   std::size_t payload_bytes_ = 0;
   FrameNumbers numbers_{true};
   std::optional<Shape> first_;

@@ -4,7 +4,7 @@
 namespace polarscan {
 namespace {
 
-constexpr std::uint64_t kMostMissedAtStart = 16;
+constexpr std::uint64_t kMostMissedAtStart = 1000;
 
 }  // namespace
 

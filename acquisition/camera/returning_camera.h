@@ -38,9 +38,9 @@ class ReturningCamera : public Camera {
   // Whether the user has set it.
   bool IsSet(const std::string& feature) const;
   Progress& progress() const { return *progress_; }
+  using Clock = std::chrono::steady_clock;
 
  private:
-  using Clock = std::chrono::steady_clock;
   void TryAgainLater();
 
   std::vector<std::pair<std::string, std::string>> settings_;

@@ -185,6 +185,7 @@ TEST_F(GigeTest, FramesArriveByteForByte) {
     const FrameCounts counts = RecordAndCompare(SmallScene(format, 50), {}, 20);
     EXPECT_EQ(counts.stored, 20u) << format;
     EXPECT_EQ(counts.lost, 0u) << format << ": " << Describe(counts);
+    EXPECT_EQ(OpenSession(session()).frames.front().info.temperature_c, 40) << "as the camera says";
     std::filesystem::remove_all(session());
   }
 }
