@@ -18,6 +18,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr auto kWait = std::chrono::milliseconds(100), kStatusEvery = std::chrono::milliseconds(200);
+constexpr auto kTriggerPatience = std::chrono::seconds(5);
 constexpr auto kKeyEvery = std::chrono::milliseconds(20), kLookEvery = std::chrono::milliseconds(500);
 
 double SecondsSince(Clock::time_point begin) {
@@ -62,17 +63,33 @@ class Receiver {
 
   void Run() {
     try {
-      while (!stop_ && !recorder_.failed() && !Enough()) Receive(camera_.Next(frame_, kWait));
+      while (!stop_ && !recorder_.failed() && !Enough()) {
+        if (options_.trigger) AskForFrame();
+        Receive(camera_.Next(frame_, kWait));
+      }
     } catch (...) {
       failure_ = std::current_exception();
     }
     ended_ = true;
   }
 
+  // One frame at a time; again where none came.
+  void AskForFrame() {
+    const bool wanted = options_.streams() || left_in_shot_ > 0 || asked_ > 0;
+    const bool waits = triggered_ && Clock::now() - *triggered_ < kTriggerPatience;
+    if (!wanted || waits) return;
+    if (triggered_) progress_.Warn("no frame came after a trigger; asking again");
+    camera_.Trigger();
+    triggered_ = Clock::now();
+  }
+
   bool Enough() const { return options_.frames > 0 && taken_ >= std::uint64_t(options_.frames); }
 
   void Receive(Delivery delivery) {
-    if (delivery != Delivery::kNothing) heard_ = Clock::now();
+    if (delivery != Delivery::kNothing) {
+      heard_ = Clock::now();
+      triggered_.reset();
+    }
     if (delivery == Delivery::kEnded) stop_ = true;
     if (delivery == Delivery::kDamaged) recorder_.Lost(frame_.info.sequence, frame_.info.name);
     if (delivery == Delivery::kRestarted) {
@@ -126,6 +143,7 @@ class Receiver {
   Frame frame_;
   std::optional<FrameInfo> before_;  // of the last frame
   std::uint64_t taken_ = 0;
+  std::optional<Clock::time_point> triggered_;  // when the frame that is still to come was asked for
   int left_in_shot_ = 0;
   std::optional<std::uint64_t> last_shot_;
   std::atomic<int> asked_ = 0;
@@ -177,7 +195,7 @@ void Watch(Receiver& receiver, const Recorder& recorder, const CaptureOptions& o
     const CaptureHooks::Key key = hooks.key();
     if (key == CaptureHooks::Key::kQuit) return;
     if (key == CaptureHooks::Key::kShot) receiver.AskForShot();
-    silence.Look(receiver.heard(), progress);
+    if (!options.trigger) silence.Look(receiver.heard(), progress);
     if (Clock::now() - shown >= kStatusEvery) {
       hooks.status({recorder.counts(), seconds, receiver.shots()});
       shown = Clock::now();
@@ -218,6 +236,7 @@ OptionTable Table(CaptureOptions& o) {
       {"seconds", &o.seconds, "end after this time; 0: go on", "s", 0, 1e9},
       {"every", &o.every_s, "one shot in this time; 0: every frame", "s", 0, 1e6},
       {"on-key", &o.on_key, "one shot at each press of the space bar, q ends (a turntable)"},
+      {"trigger", &o.trigger, "by software trigger: the camera takes frames only when they are wanted"},
       {"shot-frames", &o.shot_frames, "frames of a shot; a view is their median, pixel by pixel", "frame", 1,
        1000},
       {"buffer", &o.buffer_mb, "frames between camera and disk; full: frames are dropped and counted", "MB",
@@ -231,6 +250,7 @@ CaptureStatus Capture(Camera& camera, const std::filesystem::path& folder, const
                       const CaptureOptions& options, const CaptureHooks& hooks, Progress& progress) {
   RequireNewSessionFolder(folder);
   const RecorderOptions recording{options.buffer_mb, options.segment_mb, options.sync_s, CreateAppendFile};
+  if (options.trigger) camera.UseSoftwareTrigger();
   camera.Start(progress);
   const Clock::time_point begin = Clock::now();
   Recorder recorder(folder, Describe(camera, sensor), recording);

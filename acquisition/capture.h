@@ -16,6 +16,7 @@ struct CaptureOptions {
   double seconds = 0;  // 0: no end
   double every_s = 0;  // 0: all frames
   bool on_key = false;
+  bool trigger = false;  // the camera takes frames only when they are wanted
   int shot_frames = 1;
   double buffer_mb = 512, segment_mb = 2048, sync_s = 0.5;
 

@@ -59,17 +59,26 @@ void Import(const std::string& folder, const InputOptions& options, const std::s
   context.Finish({{"session", session}, {"frames", frames}}, fmt::format("{} frames in {}", frames, session));
 }
 
-void Export(const std::string& folder, const std::string& format, const std::string& output,
+void Export(const std::string& folder, const std::string& extension, const std::string& output,
             Context& context) {
   const Session session = OpenSession(folder, Verify::kPayloads);
   for (const std::string& text : session.damage) context.progress.Warn(text);
   context.data_lost = !session.damage.empty();
-  const std::size_t files = ExportSession(session, output, format == "png" ? "png" : "tif", context.progress);
+  const std::size_t files = ExportSession(session, output, extension, context.progress);
   context.Finish({{"folder", output}, {"files", files}}, fmt::format("{} pictures in {}", files, output));
 }
 
+void ExportByAngle(const std::string& folder, const InputOptions& options, const std::string& extension,
+                   const std::string& output, Context& context) {
+  const Input input = OpenInput(folder, options);
+  for (const std::string& note : input.notes) context.progress.Info(note);
+  const std::size_t views =
+      ExportAngles(input, FindDemosaicMethod(DemosaicOptions().method), output, extension, context.progress);
+  context.Finish({{"folder", output}, {"views", views}}, fmt::format("{} views in {}", views, output));
+}
+
 struct Arguments {
-  std::string from, to, format = "tiff";
+  std::string from, to, format = "tiff", as = "mosaic";
   InputOptions input;
   bool repair = false;
 };
@@ -99,13 +108,21 @@ void AddImportCommand(CLI::App& app, Context& context) {
 
 void AddExportCommand(CLI::App& app, Context& context) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("export", "Turn a session into 16-bit mosaics");
+  CLI::App* command = app.add_subcommand("export", "Turn a session into 16-bit pictures, an INPUT again");
   command->add_option("SESSION", a->from, "A session")->required()->check(CLI::ExistingDirectory);
-  command->add_option("-o,--output", a->to, "The folder for mosaic/ and set.json, new or empty")->required();
-  AddOptions(
-      *command,
-      {{.name = "format", .value = &a->format, .help = "of the pictures", .choices = {"tiff", "png"}}});
-  command->callback([a, &context] { Export(a->from, a->format, a->to, context); });
+  command->add_option("-o,--output", a->to, "The folder for pictures and set.json, new or empty")->required();
+  AddOptions(*command,
+             {{.name = "format", .value = &a->format, .help = "of the pictures", .choices = {"tiff", "png"}},
+              {.name = "as",
+               .value = &a->as,
+               .help = "raw mosaics, or interpolated pictures of the four angles",
+               .choices = {"mosaic", "angles"}}});
+  AddOptions(*command, Table(a->input), "With --as angles, what the session does not say");
+  command->callback([a, &context] {
+    const std::string extension = a->format == "png" ? "png" : "tif";
+    a->as == "angles" ? ExportByAngle(a->from, a->input, extension, a->to, context)
+                      : Export(a->from, extension, a->to, context);
+  });
 }
 
 }  // namespace polarscan

@@ -147,6 +147,18 @@ class AravisCamera : public ReturningCamera {
     return values;
   }
 
+  // As settings of the user's, so that a camera that returns gets them, too.
+  void UseSoftwareTrigger() override {
+    if (!Has("TriggerSoftware")) return Camera::UseSoftwareTrigger();
+    if (Has("TriggerSelector")) Set("TriggerSelector", "FrameStart");
+    Set("TriggerMode", "On");
+    Set("TriggerSource", "Software");
+  }
+  void Trigger() override {
+    Failure ignored;  // who waits for the frame asks again
+    if (!control_lost_ && camera_) arv_camera_execute_command(camera_.get(), "TriggerSoftware", &ignored);
+  }
+
   void Stop() override {
     if (stream_ && !control_lost_) arv_camera_stop_acquisition(camera_.get(), nullptr);
     stream_.reset();

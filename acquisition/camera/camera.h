@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "acquisition/camera/frame.h"
+#include "core/error.h"
 #include "core/progress.h"
 
 namespace polarscan {
@@ -39,6 +40,14 @@ class Camera {
   virtual nlohmann::json features() const = 0;
   // Before Start. Throws Error if there is no such feature or its value is not allowed.
   virtual void Set(const std::string& feature, const std::string& value) = 0;
+
+  // Before Start: frames come only when Trigger asks for them. Throws Error if the camera has no software
+  // trigger.
+  virtual void UseSoftwareTrigger() {
+    throw Error("this camera has no software trigger", info().id, "Record without --trigger");
+  }
+  // Asks for one frame. On the thread that calls Next.
+  virtual void Trigger() {}
 
   virtual void Start(Progress& progress) = 0;
   // Waits at most `timeout`. Fills `frame`; its memory is used again. On kDamaged info.name says what is

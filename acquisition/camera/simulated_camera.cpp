@@ -16,6 +16,8 @@ namespace {
 
 using nlohmann::json;
 
+constexpr double kNever_s = 1e9;
+
 // What the pixels of one place see without noise, in counts; rounded, which adds less than a tenth of a
 // count.
 using Exposure = Image<std::uint16_t>;
@@ -86,6 +88,9 @@ class SimulatedCamera : public Camera {
     FromJson({{feature, text || parsed.is_discarded() ? json(value) : parsed}}, table);
   }
 
+  void UseSoftwareTrigger() override { triggered_ = true; }
+  void Trigger() override { ++asked_; }
+
   void Start(Progress& progress) override {
     format_ = ParsePixelFormat(options_.pixel_format);
     SimulatorOptions scene = options_.simulator;
@@ -105,7 +110,9 @@ class SimulatedCamera : public Camera {
   }
 
   Delivery Next(Frame& frame, std::chrono::milliseconds timeout) override {
-    if (!pacer_.WaitUntil(double(next_) / options_.fps, timeout)) return Delivery::kNothing;
+    if (!pacer_.WaitUntil(triggered_ && asked_ == 0 ? kNever_s : double(next_) / options_.fps, timeout))
+      return Delivery::kNothing;
+    asked_ = std::max(0, asked_ - 1);
     Random luck(options_.simulator.seed, 6, next_);
     if (luck.Uniform() < options_.frame_loss) {
       ++next_;
@@ -174,6 +181,8 @@ class SimulatedCamera : public Camera {
   std::vector<float> normal_, sigma_;
   std::vector<std::vector<std::uint8_t>> prepared_;
   std::uint64_t next_ = 0;
+  bool triggered_ = false;
+  int asked_ = 0;
   Pacer pacer_;
 };
 

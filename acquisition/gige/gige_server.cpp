@@ -20,7 +20,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Kind = GigeFeature::Kind;
 
-constexpr auto kPoll = std::chrono::milliseconds(20);
+constexpr auto kPoll = std::chrono::milliseconds(20), kTriggerPoll = std::chrono::milliseconds(1);
 constexpr std::uint32_t kInControl = 0x2, kExclusive = 0x1;
 constexpr std::size_t kLargestDatagram = 65536;
 constexpr std::int64_t kClockJumpNs = 3600LL * 1000000000;
@@ -36,6 +36,10 @@ std::vector<GigeFeature> FeaturesOf(const GigeSource& source) {
   const double width = source.width, height = source.height;
   GigeFeature mode{"AcquisitionMode", Kind::kEnumeration, true};
   mode.entries = {{"Continuous", 0}};
+  GigeFeature trigger{"TriggerMode", Kind::kEnumeration, true};
+  trigger.entries = {{"Off", 0}, {"On", 1}};
+  GigeFeature trigger_source{"TriggerSource", Kind::kEnumeration, true};
+  trigger_source.entries = {{"Software", 0}};
   return {
       {"SensorWidth", Kind::kInteger, false, width},
       {"SensorHeight", Kind::kInteger, false, height},
@@ -48,6 +52,9 @@ std::vector<GigeFeature> FeaturesOf(const GigeSource& source) {
       mode,
       {"AcquisitionStart", Kind::kCommand},
       {"AcquisitionStop", Kind::kCommand},
+      trigger,
+      trigger_source,
+      {"TriggerSoftware", Kind::kCommand},
       {"AcquisitionFrameRate", Kind::kFloat, true, source.frames_per_s, 0.01, 10000, "Hz"},
       {"TLParamsLocked", Kind::kInteger, true, 0, 0, 1},
       {"DeviceTemperature", Kind::kFloat, false, 40, -50, 150, "C"},
@@ -244,7 +251,7 @@ class GigeServer::Implementation {
   }
 
   void Forget() {
-    in_control_ = acquiring_ = false;
+    in_control_ = acquiring_ = triggered_ = false;
     registers_.SetWord(GigeRegisters::kControl, 0);
   }
 
@@ -259,6 +266,8 @@ class GigeServer::Implementation {
     if (feature == "AcquisitionStart") acquiring_ = true;
     if (feature == "AcquisitionStop") acquiring_ = false;
     if (feature == "PixelFormat") UpdatePayloadSize();
+    if (feature == "TriggerMode") triggered_ = registers_.Integer("TriggerMode") == 1;
+    if (feature == "TriggerSoftware") ++triggers_;
   }
 
   void UpdatePayloadSize() {
@@ -285,9 +294,15 @@ class GigeServer::Implementation {
       }
       Configure(progress);
       while (!stop_ && acquiring_) {
+        if (triggered_ && triggers_ == 0) {
+          std::this_thread::sleep_for(kTriggerPoll);
+          continue;
+        }
         const Delivery delivery = source_.camera.Next(frame, kPoll);
         if (delivery == Delivery::kEnded) acquiring_ = false;
-        if (delivery == Delivery::kFrame) SendFrame(frame);
+        if (delivery != Delivery::kFrame) continue;
+        if (triggered_) --triggers_;
+        SendFrame(frame);
       }
     }
   }
@@ -301,6 +316,7 @@ class GigeServer::Implementation {
     }
     source_.configure(format, 1 / period_.count());
     source_.camera.Start(progress);
+    triggers_ = 0;
     block_ = std::uint16_t(options_.faults.first_number - 1);
   }
 
@@ -317,7 +333,7 @@ class GigeServer::Implementation {
     block_ = block_ == 0xffff ? std::uint16_t(1) : std::uint16_t(block_ + 1);
     ++sent_;
     const GigeFaults& faults = options_.faults;
-    const auto from = [&](int frame) { return frame > 0 && sent_ >= std::uint64_t(frame); };
+    const auto from = [&](int number) { return number > 0 && sent_ >= std::uint64_t(number); };
     const bool half = from(faults.format_change_at), cut = sent_ == std::uint64_t(faults.short_at);
     out.image.block = block_;
     out.image.timestamp =
@@ -351,6 +367,8 @@ class GigeServer::Implementation {
   sockaddr_in controller_{};
   Clock::time_point heard_;
   std::atomic<bool> in_control_ = false, acquiring_ = false, stop_ = false, failed_ = false;
+  std::atomic<bool> triggered_ = false;
+  std::atomic<int> triggers_ = 0;  // not yet answered
   std::atomic<Clock::time_point> silent_until_{};
   Descriptor control_, broadcast_;
   StreamSender sender_;

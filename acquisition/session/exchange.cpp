@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "acquisition/camera/camera.h"
 #include "acquisition/session/session_views.h"
 #include "acquisition/session/session_writer.h"
@@ -15,6 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr std::uint64_t kSegmentBytes = 2'000'000'000;
+constexpr float kAnglesBlack_dn = 4096, kAnglesWhite_dn = 65535;
 
 PixelFormat FormatFor(const Sensor& sensor) {
   std::string family = "Mono";
@@ -70,6 +74,19 @@ void WriteFrames(const Input& input, const fs::path& folder, Progress& progress)
   writer.Close(counts);
 }
 
+void WriteCounts(const fs::path& path, const Image<std::uint16_t>& counts) {
+  path.extension() == ".png" ? WritePng(path, counts) : WriteTiff(path, counts);
+}
+
+Image<std::uint16_t> AngleCounts(const Image<float>& light) {
+  Image<std::uint16_t> counts(light.width(), light.height());
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    const float dn = kAnglesBlack_dn + light.pixels()[i] * (kAnglesWhite_dn - kAnglesBlack_dn);
+    counts.pixels()[i] = std::uint16_t(std::lround(std::clamp(dn, 0.0f, kAnglesWhite_dn)));
+  }
+  return counts;
+}
+
 }  // namespace
 
 std::size_t ImportSession(const Input& input, const fs::path& folder, Progress& progress) {
@@ -95,12 +112,34 @@ std::size_t ExportSession(const Session& session, const fs::path& folder, const 
       progress.Check();
       const std::string name = view.frames.size() == 1 ? view.name : fmt::format("{}-{}", view.name, i);
       const Image<std::uint16_t> counts = Counts(ReadFrame(session, view.frames[i]));
-      const fs::path path = folder / "mosaic" / (name + "." + extension);
-      extension == "png" ? WritePng(path, counts) : WriteTiff(path, counts);
+      WriteCounts(folder / "mosaic" / (name + "." + extension), counts);
       progress.Advance();
     }
   WriteJson(folder / "set.json", {{"input_kind", "mosaic"}, {"sensor", SensorOf(session)}});
   return session.frames.size();
+}
+
+std::size_t ExportAngles(const Input& input, const DemosaicMethod& method, const fs::path& folder,
+                         const std::string& extension, Progress& progress) {
+  if (input.kind != InputKind::kMosaic || !input.sensor.layout.bayer.empty())
+    throw Error("only raw mosaics of mono sensors are exported by angle", input.folder.string(),
+                "polarscan demosaic makes Stokes views of every input");
+  RequireNewSessionFolder(folder);
+  progress.Begin("exporting", input.views.size());
+  for (std::size_t i = 0; i < input.views.size(); ++i) {
+    progress.Check();
+    const LoadedView view = ReadView(input, int(i));
+    const Image<float> light = ToLight(view.pictures[0].planes[0], input.sensor);
+    const AnglePlanes planes = method.interpolate(light, input.sensor.layout)[0];
+    for (std::size_t a = 0; a < planes.size(); ++a)
+      WriteCounts(folder / fmt::format("I-{:02}", kAnglesDeg[a]) / (view.name + "." + extension),
+                  AngleCounts(planes[a]));
+    progress.Advance();
+  }
+  WriteJson(folder / "set.json",
+            {{"input_kind", "angles"},
+             {"sensor", {{"bits", 16}, {"black_dn", kAnglesBlack_dn}, {"white_dn", kAnglesWhite_dn}}}});
+  return input.views.size();
 }
 
 }  // namespace polarscan

@@ -3,6 +3,7 @@
 #include "acquisition/input.h"
 #include "acquisition/session/session_reader.h"
 #include "core/progress.h"
+#include "demosaic/method.h"
 
 namespace polarscan {
 
@@ -16,5 +17,12 @@ std::size_t ImportSession(const Input& input, const std::filesystem::path& folde
 // the number of files. Throws Error if the folder is not empty or a frame's pixel format is no raw mosaic.
 std::size_t ExportSession(const Session& session, const std::filesystem::path& folder,
                           const std::string& extension, Progress& progress);
+
+// The light behind each polarizer as a picture of its own: FOLDER/I-00/NAME, I-45, I-90, I-135 and set.json,
+// an INPUT again. input: raw mosaics or a session of a mono sensor (else Error). Interpolated by the method;
+// 16 bits, black at 4096. Returns the number of views.
+std::size_t ExportAngles(const Input& input, const DemosaicMethod& method,
+                         const std::filesystem::path& folder, const std::string& extension,
+                         Progress& progress);
 
 }  // namespace polarscan

@@ -10,6 +10,7 @@
 #include "acquisition/session/session_views.h"
 #include "acquisition/simulator.h"
 #include "core/error.h"
+#include "demosaic/polar_view.h"
 #include "session_helpers.h"
 
 namespace polarscan::test {
@@ -132,6 +133,17 @@ TEST_F(CameraTest, AShotIsTakenOnAKeyAndTheLastKeyEnds) {
   EXPECT_EQ(views[0].frames.size(), 3u);
 }
 
+TEST_F(CameraTest, ATriggeredCameraTakesNoFrameThatNobodyWants) {
+  const auto camera = SmallCamera("Mono8", "200");
+  const CaptureStatus status =
+      Record(*camera, {.frames = 6, .every_s = 0.1, .trigger = true, .shot_frames = 2});
+  EXPECT_EQ(status.counts.stored, 6u);
+  EXPECT_EQ(status.counts.total(), 6u);
+  EXPECT_EQ(Open().frames.back().info.sequence, 5u);
+  const auto replay = OpenCamera("replay:" + session().string());
+  EXPECT_THROW(replay->UseSoftwareTrigger(), Error);
+}
+
 TEST_F(CameraTest, CancellingEndsTheSessionInOrder) {
   const auto camera = SmallCamera("Mono8", "100");
   CaptureHooks hooks;
@@ -185,6 +197,27 @@ TEST_F(CameraTest, ExportedMosaicsAndTheirImportHoldTheSameCounts) {
       EXPECT_TRUE(std::ranges::equal(a.pixels(), b.pixels()));
     }
     EXPECT_EQ(Meaning(OpenInput(back, {})), Meaning(OpenInput(session(), {})));
+  }
+}
+
+// Four pictures give the Stokes vectors that the mosaic gives, but for their rounding.
+TEST_F(CameraTest, PicturesByAngleAreAnInputWithTheSamePolarization) {
+  Record(*SmallCamera(), {.frames = 1});
+  const Input mosaics = OpenInput(session(), {});
+  const DemosaicMethod& method = FindDemosaicMethod("bilinear");
+  ASSERT_EQ(ExportAngles(mosaics, method, folder_ / "angles", "png", silent_), 1u);
+  const Input angles = OpenInput(folder_ / "angles", {});
+  ASSERT_EQ(angles.kind, InputKind::kAngles);
+  const LoadedView raw = ReadView(mosaics, 0), by_angle = ReadView(angles, 0);
+  const StokesImage a = ViewFromMosaic(raw.pictures[0].planes[0], mosaics.sensor, method).stokes;
+  const StokesImage b = ViewFromAngles({&by_angle.pictures[0], &by_angle.pictures[1], &by_angle.pictures[2],
+                                        &by_angle.pictures[3]},
+                                       angles.sensor)
+                            .stokes;
+  for (std::size_t i = 0; i < a.s0.size(); ++i) {
+    ASSERT_NEAR(a.s0.pixels()[i], b.s0.pixels()[i], 4e-5);
+    ASSERT_NEAR(a.s1.pixels()[i], b.s1.pixels()[i], 4e-5);
+    ASSERT_NEAR(a.s2.pixels()[i], b.s2.pixels()[i], 4e-5);
   }
 }
 

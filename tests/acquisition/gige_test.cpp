@@ -272,6 +272,23 @@ TEST_F(GigeTest, FrameNumbersGoOnOverTheWrapOfSixteenBits) {
   EXPECT_EQ(counts.lost, 0u) << Describe(counts);
 }
 
+TEST_F(GigeTest, WithASoftwareTriggerOnlyWantedFramesAreTaken) {
+  const SimulatedCameraOptions options = SmallScene("Mono8", 50);
+  const ServedCamera served(options, {});
+  const std::unique_ptr<Camera> client = OpenAravisCamera(ServedCamera::Address());
+  const FrameCounts counts =
+      Capture(*client, session(), nlohmann::json::object(),
+              {.frames = 6, .seconds = 60, .every_s = 0.5, .trigger = true, .shot_frames = 2}, {}, listener_)
+          .counts;
+  EXPECT_EQ(counts.stored, 6u) << Describe(counts);
+  EXPECT_EQ(counts.lost + counts.cancelled, 0u) << Describe(counts);
+  EXPECT_EQ(served.counts().frames, 6u);
+  const std::vector<Bytes> sent = Sent(options, 6);
+  const Session recorded = OpenSession(session());
+  for (std::size_t i = 0; i < recorded.frames.size(); ++i)
+    EXPECT_TRUE(ReadFrame(recorded, i).payload == sent[i]) << i;
+}
+
 TEST_F(GigeTest, ASecondClientIsTurnedAway) {
   const ServedCamera served(SmallScene("Mono8", 10), {});
   const std::unique_ptr<Camera> first = OpenAravisCamera(ServedCamera::Address());
