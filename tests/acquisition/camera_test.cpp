@@ -214,11 +214,15 @@ TEST_F(CameraTest, PicturesByAngleAreAnInputWithTheSamePolarization) {
                                         &by_angle.pictures[3]},
                                        angles.sensor)
                             .stokes;
+  std::size_t valid = 0;
   for (std::size_t i = 0; i < a.s0.size(); ++i) {
+    if (!std::isfinite(a.noise.pixels()[i])) continue;  // clipped
+    ++valid;
     ASSERT_NEAR(a.s0.pixels()[i], b.s0.pixels()[i], 4e-5);
     ASSERT_NEAR(a.s1.pixels()[i], b.s1.pixels()[i], 4e-5);
     ASSERT_NEAR(a.s2.pixels()[i], b.s2.pixels()[i], 4e-5);
   }
+  EXPECT_GT(valid, a.s0.size() / 2);
 }
 
 TEST_F(CameraTest, WrongCamerasAndFeaturesAreErrorsThatNameThem) {
