@@ -47,6 +47,7 @@ bool Recorder::Offer(Frame& frame) {
 
 void Recorder::Lost(std::uint64_t sequence, const std::string& reason) {
   const std::lock_guard lock(mutex_);
+  if (last_sequence_ && sequence <= *last_sequence_) return;  // the gap that it left is counted already
   Expect(sequence);
   CountMissing({sequence, 1, "lost: " + reason});
 }

@@ -70,6 +70,19 @@ TEST_F(SessionFolder, EveryFrameThatIsOfferedIsStoredAndGapsAreCountedAsLost) {
   EXPECT_EQ(read.info.counts.reasons, counts.reasons);
 }
 
+TEST_F(SessionFolder, AFrameThatIsGivenUpLateIsCountedOnce) {
+  Recorder recorder(session(), SomeInfo(), {});
+  for (const std::uint64_t sequence : {0, 1, 3, 4, 5}) {
+    Frame frame = NumberedFrame(sequence);
+    EXPECT_TRUE(recorder.Offer(frame));
+    if (sequence == 4) recorder.Lost(2, "parts never came");
+  }
+  recorder.Close();
+  EXPECT_EQ(recorder.counts().stored, 5u);
+  EXPECT_EQ(recorder.counts().lost, 1u);
+  EXPECT_EQ(recorder.counts().total(), 6u);
+}
+
 TEST_F(SessionFolder, ASlowDiskNeverBlocksTheCameraAndWhatDoesNotFitIsCounted) {
   RecorderOptions options = On(std::chrono::milliseconds(20));
   options.buffer_mb = 4 * 96e-6;  // four frames
