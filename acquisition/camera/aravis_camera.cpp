@@ -170,6 +170,7 @@ class AravisCamera : public ReturningCamera {
       buffers_ = std::clamp(std::atoi(value.c_str()), 2, 1000);
       return;
     }
+    if (feature == "chunks") return SwitchChunksOn(value);
     if (!Has(feature.c_str()))
       throw Error("the camera has no such feature now", feature, "arv-tool-0.8 features lists what it has");
     Failure failure;
@@ -260,6 +261,16 @@ class AravisCamera : public ReturningCamera {
     return Text(arv_gc_feature_node_get_value_as_string(ARV_GC_FEATURE_NODE(node), &ignored));
   }
 
+  // names: separated by commas.
+  void SwitchChunksOn(const std::string& names) {
+    if (!arv_camera_are_chunks_available(camera_.get(), nullptr))
+      throw Error("the camera cannot send values with its pictures (chunk data)", names);
+    Failure failure;
+    arv_camera_set_chunks(camera_.get(), names.c_str(), &failure);
+    failure.Throw("the camera refuses to send these values with its pictures", names,
+                  "arv-tool-0.8 features shows what ChunkSelector knows");
+  }
+
   // NaN if the camera does not say.
   double FloatFeature(const char* feature) const {
     if (!Has(feature)) return std::numeric_limits<double>::quiet_NaN();
@@ -335,6 +346,7 @@ class AravisCamera : public ReturningCamera {
                    kPacketTimeout_us, "frame-retention", kFrameRetention_us, nullptr);
     for (int i = 0; i < buffers_; ++i) GiveBuffer({});
     numbers_ = FrameNumbers(IsGige());
+    chunks_.reset(arv_camera_create_chunk_parser(camera_.get()));
     exposure_us_ = FloatFeature(Has("ExposureTime") ? "ExposureTime" : "ExposureTimeAbs");
     gain_db_ = FloatFeature("Gain");
     arv_camera_start_acquisition(camera_.get(), &failure);
@@ -363,6 +375,13 @@ class AravisCamera : public ReturningCamera {
   }
 
   Delivery Take(ArvBuffer* buffer, Frame& frame) {
+    const ArvBufferStatus status = arv_buffer_get_status(buffer);
+    // Of a packet that belongs to no frame, say a late test packet. Newer versions of Aravis have a status
+    // behind "aborted" for it.
+    if (status == ARV_BUFFER_STATUS_CLEARED || status > ARV_BUFFER_STATUS_ABORTED) {
+      GiveBuffer({});
+      return Delivery::kNothing;
+    }
     FrameInfo info;
     info.sequence = Number(numbers_.Unwrap(arv_buffer_get_frame_id(buffer)));
     info.camera_time_ns = std::int64_t(arv_buffer_get_timestamp(buffer));
@@ -371,12 +390,10 @@ class AravisCamera : public ReturningCamera {
     info.exposure_us = exposure_us_;
     info.gain_db = gain_db_;
     info.temperature_c = Temperature();
-    const ArvBufferStatus status = arv_buffer_get_status(buffer);
     std::string reason = status == ARV_BUFFER_STATUS_SUCCESS ? Describe(buffer, info) : ReasonOf(status);
     if (reason.empty()) {
       auto* payload = const_cast<Payload*>(static_cast<const Payload*>(arv_buffer_get_user_data(buffer)));
-      std::size_t bytes = 0;
-      arv_buffer_get_image_data(buffer, &bytes);
+      const std::size_t bytes = PictureBytes(buffer, info);
       frame.payload.swap(*payload);
       GiveBuffer(std::move(*payload));
       frame.payload.resize(bytes);
@@ -387,6 +404,27 @@ class AravisCamera : public ReturningCamera {
     frame.info = info;
     frame.info.name = reason;
     return Delivery::kDamaged;
+  }
+
+  // Without what comes behind the picture.
+  static std::size_t PictureBytes(ArvBuffer* buffer, const FrameInfo& info) {
+    if (arv_buffer_has_chunks(buffer))
+      return PayloadBytes(ParsePixelFormat(info.pixel_format), info.width, info.height,
+                          std::size_t(info.stride));
+    std::size_t bytes = 0;
+    arv_buffer_get_image_data(buffer, &bytes);
+    return bytes;
+  }
+
+  // What the camera says of this very picture.
+  void ReadChunks(ArvBuffer* buffer, FrameInfo& info) {
+    if (!arv_buffer_has_chunks(buffer)) return;
+    for (const auto& [name, value] :
+         {std::pair{"ChunkExposureTime", &info.exposure_us}, std::pair{"ChunkGain", &info.gain_db}}) {
+      Failure failure;
+      const double read = arv_chunk_parser_get_float_value(chunks_.get(), buffer, name, &failure);
+      if (!failure) *value = read;
+    }
   }
 
   // Asked for now and then: it takes a question to the camera.
@@ -402,6 +440,7 @@ class AravisCamera : public ReturningCamera {
   // What is wrong with a whole buffer; fills in its size.
   std::string Describe(ArvBuffer* buffer, FrameInfo& info) {
     if (arv_buffer_get_payload_type(buffer) != ARV_BUFFER_PAYLOAD_TYPE_IMAGE) return "not a picture";
+    ReadChunks(buffer, info);
     int x_padding = 0, y_padding = 0;
     info.width = arv_buffer_get_image_width(buffer);
     info.height = arv_buffer_get_image_height(buffer);
@@ -428,6 +467,7 @@ class AravisCamera : public ReturningCamera {
   CameraInfo info_;
   Object<ArvCamera> camera_;
   Object<ArvStream> stream_;
+  Object<ArvChunkParser> chunks_;
   int buffers_ = 24;
   double exposure_us_ = 0, gain_db_ = 0, temperature_c_ = 0;  // NaN: unknown
   Clock::time_point next_temperature_;

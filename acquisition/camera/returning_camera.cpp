@@ -48,7 +48,7 @@ Delivery ReturningCamera::Next(Frame& frame, std::chrono::milliseconds timeout) 
   const double seconds = std::chrono::duration<double>(Clock::now() - left_).count();
   progress_->Warn(fmt::format("the camera is back after {:.1f} s", seconds));
   frame.info = {};
-  frame.info.sequence = base_ = last_ + 1;
+  frame.info.sequence = base_ = last_ ? *last_ + 1 : 0;
   frame.info.name = fmt::format("camera gone for {:.1f} s", seconds);
   return Delivery::kRestarted;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <chrono>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -34,7 +35,10 @@ class ReturningCamera : public Camera {
   // Closes the camera; from now on Next looks for it.
   void Leave(const std::string& reason);
   // The number of a frame that is the n-th (from 0) since the camera started or returned.
-  std::uint64_t Number(std::uint64_t n) { return last_ = base_ + n; }
+  std::uint64_t Number(std::uint64_t n) {
+    last_ = base_ + n;
+    return *last_;
+  }
   // Whether the user has set it.
   bool IsSet(const std::string& feature) const;
   Progress& progress() const { return *progress_; }
@@ -48,7 +52,8 @@ class ReturningCamera : public Camera {
   bool gone_ = false;
   Clock::time_point left_, next_try_;
   std::chrono::milliseconds pause_{};
-  std::uint64_t base_ = 0, last_ = 0;
+  std::uint64_t base_ = 0;
+  std::optional<std::uint64_t> last_;  // number
 };
 
 }  // namespace polarscan

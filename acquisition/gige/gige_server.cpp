@@ -6,6 +6,9 @@
 #include <sys/socket.h>
 
 #include <atomic>
+#include <bit>
+#include <cmath>
+#include <set>
 #include <thread>
 
 #include "acquisition/gige/registers.h"
@@ -23,6 +26,7 @@ using Kind = GigeFeature::Kind;
 constexpr auto kPoll = std::chrono::milliseconds(20), kTriggerPoll = std::chrono::milliseconds(1);
 constexpr std::uint32_t kInControl = 0x2, kExclusive = 0x1;
 constexpr std::size_t kLargestDatagram = 65536;
+constexpr std::size_t kChunkBytes = 8, kChunkTagBytes = 8;
 constexpr std::int64_t kClockJumpNs = 3600LL * 1000000000;
 
 std::vector<GigeFeature> FeaturesOf(const GigeSource& source) {
@@ -40,6 +44,9 @@ std::vector<GigeFeature> FeaturesOf(const GigeSource& source) {
   trigger.entries = {{"Off", 0}, {"On", 1}};
   GigeFeature trigger_source{"TriggerSource", Kind::kEnumeration, true};
   trigger_source.entries = {{"Software", 0}};
+  GigeFeature chunk{"ChunkSelector", Kind::kEnumeration, true};
+  for (const GigeChunk& c : kGigeChunks) chunk.entries.emplace_back(c.name, c.id);
+  chunk.value = kGigeChunks[0].id;
   return {
       {"SensorWidth", Kind::kInteger, false, width},
       {"SensorHeight", Kind::kInteger, false, height},
@@ -59,6 +66,9 @@ std::vector<GigeFeature> FeaturesOf(const GigeSource& source) {
       {"TLParamsLocked", Kind::kInteger, true, 0, 0, 1},
       {"DeviceTemperature", Kind::kFloat, false, 40, -50, 150, "C"},
       {"TimestampTickFrequency", Kind::kInteger, false, 1e9},
+      {"ChunkModeActive", Kind::kBoolean, true},
+      chunk,
+      {"ChunkEnable", Kind::kBoolean, true},
   };
 }
 
@@ -265,15 +275,49 @@ class GigeServer::Implementation {
   void Obey(const std::string& feature) {
     if (feature == "AcquisitionStart") acquiring_ = true;
     if (feature == "AcquisitionStop") acquiring_ = false;
-    if (feature == "PixelFormat") UpdatePayloadSize();
+    if (feature == "ChunkSelector")
+      registers_.SetInteger("ChunkEnable", chunks_.count(registers_.Integer("ChunkSelector")));
+    if (feature == "ChunkEnable") EnableChunk();
+    if (feature == "PixelFormat" || feature.starts_with("Chunk")) UpdatePayloadSize();
     if (feature == "TriggerMode") triggered_ = registers_.Integer("TriggerMode") == 1;
     if (feature == "TriggerSoftware") ++triggers_;
   }
 
   void UpdatePayloadSize() {
     const PixelFormat format = ParsePixelFormat(registers_.Entry("PixelFormat"));
-    registers_.SetInteger("PayloadSize", std::uint32_t(PayloadBytes(format, int(registers_.Integer("Width")),
-                                                                    int(registers_.Integer("Height")))));
+    std::size_t bytes =
+        PayloadBytes(format, int(registers_.Integer("Width")), int(registers_.Integer("Height")));
+    if (registers_.Integer("ChunkModeActive") == 1)
+      bytes += kChunkTagBytes + chunks_.size() * (kChunkBytes + kChunkTagBytes);
+    registers_.SetInteger("PayloadSize", std::uint32_t(bytes));
+  }
+
+  void EnableChunk() {
+    const std::uint32_t id = registers_.Integer("ChunkSelector");
+    if (registers_.Integer("ChunkEnable") == 1) {
+      chunks_.insert(id);
+    } else {
+      chunks_.erase(id);
+    }
+  }
+
+  // The picture, and behind it what the client wants to know of it and the source knows.
+  static Bytes WithChunks(const Frame& frame, const gvsp::Image& image, const std::set<std::uint32_t>& ids) {
+    Bytes payload = frame.payload;
+    gvsp::PutChunkTag(payload, 0, payload.size());
+    const auto put = [&](std::uint32_t id, std::uint64_t value) {
+      if (ids.count(id) == 0) return;
+      PutBig<std::uint64_t>(payload, value);
+      gvsp::PutChunkTag(payload, id, kChunkBytes);
+    };
+    const auto put_float = [&](std::uint32_t id, double value) {
+      if (!std::isnan(value)) put(id, std::bit_cast<std::uint64_t>(value));
+    };
+    put(kGigeChunks[0].id, image.timestamp);
+    put(kGigeChunks[1].id, image.block);
+    put_float(kGigeChunks[2].id, frame.info.exposure_us);
+    put_float(kGigeChunks[3].id, frame.info.gain_db);
+    return payload;
   }
 
   sockaddr_in StreamReceiver() const {
@@ -317,18 +361,25 @@ class GigeServer::Implementation {
     source_.configure(format, 1 / period_.count());
     source_.camera.Start(progress);
     triggers_ = 0;
+    if (options_.faults.stray_packet) {
+      const std::lock_guard lock(mutex_);
+      sender_.SendTest(StreamReceiver(), gvsp::kLeastPacket);
+    }
     block_ = std::uint16_t(options_.faults.first_number - 1);
   }
 
   void SendFrame(const Frame& frame) {
     OutgoingFrame out;
     std::chrono::nanoseconds delay;
+    std::set<std::uint32_t> chunks;
     {
       const std::lock_guard lock(mutex_);
       out.receiver = StreamReceiver();
       out.packet_size = registers_.Word(GigeRegisters::kPacketSize) & GigeRegisters::kPacketSizeBits;
       delay = std::chrono::nanoseconds(registers_.Word(GigeRegisters::kPacketDelay));
       out.image.pixel_format = registers_.Integer("PixelFormat");
+      out.image.chunks = registers_.Integer("ChunkModeActive") == 1;
+      chunks = chunks_;
     }
     block_ = block_ == 0xffff ? std::uint16_t(1) : std::uint16_t(block_ + 1);
     ++sent_;
@@ -340,8 +391,9 @@ class GigeServer::Implementation {
         std::uint64_t(frame.info.camera_time_ns + (from(faults.clock_jump_at) ? kClockJumpNs : 0));
     out.image.width = std::uint32_t(frame.info.width);
     out.image.height = std::uint32_t(half ? frame.info.height / 2 : frame.info.height);
-    out.image.bytes = half || cut ? frame.payload.size() / 2 : frame.payload.size();
-    out.payload = std::make_shared<const Bytes>(frame.payload);
+    out.payload = std::make_shared<const Bytes>(out.image.chunks ? WithChunks(frame, out.image, chunks)
+                                                                 : frame.payload);
+    out.image.bytes = half || cut ? out.payload->size() / 2 : out.payload->size();
     const auto by_packets = delay * gvsp::DataPackets(out.image.bytes, out.packet_size);
     const auto by_pace = std::chrono::duration_cast<std::chrono::nanoseconds>(period_ * options_.pace);
     sender_.Send(out, std::max(by_pace, by_packets));
@@ -362,8 +414,9 @@ class GigeServer::Implementation {
 
   GigeSource source_;
   const GigeServerOptions options_;
-  std::mutex mutex_;  // of registers, controller, heard
+  std::mutex mutex_;  // of registers, chunks, controller, heard
   GigeRegisters registers_;
+  std::set<std::uint32_t> chunks_;  // ids of those that are on
   sockaddr_in controller_{};
   Clock::time_point heard_;
   std::atomic<bool> in_control_ = false, acquiring_ = false, stop_ = false, failed_ = false;
@@ -392,6 +445,7 @@ OptionTable Table(GigeServerOptions& o) {
       {"short-at", &o.faults.short_at, "this frame ends after half of its packets", "frame", 0, 2e9},
       {"clock-jump-at", &o.faults.clock_jump_at, "the camera's clock is an hour ahead from this one on",
        "frame", 0, 2e9},
+      {"stray-packet", &o.faults.stray_packet, "a late test packet comes at the beginning of each stream"},
       {"first-number", &o.faults.first_number, "number of a stream's first frame, of 16 bits", "", 1, 65535},
       {"fault-time", &o.faults.fault_s, "of freeze and disconnect", "s", 0, 1e6},
   };

@@ -26,6 +26,7 @@ struct GigeFaults {
   int format_change_at = 0;         // frames are half as high from this one on
   int short_at = 0;                 // this frame ends after half of its packets
   int clock_jump_at = 0;            // the camera's clock is an hour ahead from this one on
+  bool stray_packet = false;        // a test packet comes when a stream has begun
   int first_number = 1;             // of a stream's frames; near 65535 the numbers soon begin anew
   double fault_s = 3;
 };
@@ -43,7 +44,7 @@ struct GigeCounts {
 
 // A GigE Vision camera on this machine that sends the frames of another Camera: GVCP on port 3956 of an
 // address, GVSP to whoever is in control (GigE Vision 2.0). Frame numbers have 16 bits, as on most cameras.
-// Packet resend, test packets, heartbeat, inter-packet delay.
+// Packet resend, test packets, heartbeat, inter-packet delay, chunk data (kGigeChunks in registers.h).
 class GigeServer {
  public:
   // address: IPv4, e.g. "127.0.0.1". Throws Error if it cannot be bound (another camera is there already).

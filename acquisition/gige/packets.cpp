@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::uint8_t kKey = 0x42, kAnswerFlag = 0x01;
 constexpr std::uint8_t kLeader = 1, kTrailer = 2, kData = 3;
-constexpr std::uint16_t kImagePayload = 1;
+constexpr std::uint16_t kImagePayload = 1, kChunksBit = 0x4000;
 
 Bytes Header(std::uint16_t block, std::uint8_t content, std::uint32_t number) {
   Bytes bytes;
@@ -16,6 +16,10 @@ Bytes Header(std::uint16_t block, std::uint8_t content, std::uint32_t number) {
   PutBig<std::uint16_t>(bytes, block);
   PutBig<std::uint32_t>(bytes, std::uint32_t(content) << 24 | (number & 0xffffff));
   return bytes;
+}
+
+std::uint16_t PayloadType(const gvsp::Image& image) {
+  return image.chunks ? kImagePayload | kChunksBit : kImagePayload;
 }
 
 }  // namespace
@@ -67,7 +71,7 @@ std::uint32_t DataPackets(std::size_t bytes, std::size_t packet_size) {
 Bytes Leader(const Image& image) {
   Bytes bytes = Header(image.block, kLeader, 0);
   PutBig<std::uint16_t>(bytes, 0);
-  PutBig<std::uint16_t>(bytes, kImagePayload);
+  PutBig<std::uint16_t>(bytes, PayloadType(image));
   PutBig<std::uint64_t>(bytes, image.timestamp);
   for (const std::uint32_t value :
        {image.pixel_format, image.width, image.height, image.offset_x, image.offset_y, 0u})
@@ -80,9 +84,14 @@ Bytes DataHeader(std::uint16_t block, std::uint32_t number) { return Header(bloc
 Bytes Trailer(const Image& image, std::uint32_t number) {
   Bytes bytes = Header(image.block, kTrailer, number);
   PutBig<std::uint16_t>(bytes, 0);
-  PutBig<std::uint16_t>(bytes, kImagePayload);
+  PutBig<std::uint16_t>(bytes, PayloadType(image));
   PutBig<std::uint32_t>(bytes, image.height);
   return bytes;
+}
+
+void PutChunkTag(Bytes& payload, std::uint32_t id, std::size_t length) {
+  PutBig<std::uint32_t>(payload, id);
+  PutBig<std::uint32_t>(payload, length);
 }
 
 }  // namespace gvsp

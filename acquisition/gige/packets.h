@@ -64,6 +64,7 @@ struct Image {
   std::uint32_t pixel_format = 0;  // PFNC code
   std::uint32_t width = 0, height = 0, offset_x = 0, offset_y = 0;
   std::size_t bytes = 0;  // of payload
+  bool chunks = false;    // the payload is made of chunks, the picture first
 };
 
 // Payload bytes in a packet of GevSCPSPacketSize bytes; payload packets of an image.
@@ -74,6 +75,9 @@ Bytes Leader(const Image& image);
 // The 8 bytes before the data of packet `number` (1, 2, ...).
 Bytes DataHeader(std::uint16_t block, std::uint32_t number);
 Bytes Trailer(const Image& image, std::uint32_t number);
+
+// Ends the chunk of `length` bytes that was put last.
+void PutChunkTag(Bytes& payload, std::uint32_t id, std::size_t length);
 }  // namespace gvsp
 
 // The 32-bit code of a standard pixel format (PFNC 2.4) by its name. Nothing for other names: vendors' codes

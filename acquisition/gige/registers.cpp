@@ -22,7 +22,7 @@ std::string Register(const std::string& element, const std::string& name, std::u
                      bool writable) {
   return fmt::format(
       "<{0} Name=\"{1}\"><Address>0x{2:X}</Address><Length>{3}</Length><AccessMode>{4}</AccessMode>"
-      "<pPort>Device</pPort><Endianess>BigEndian</Endianess></{0}>\n",
+      "<pPort>Device</pPort><Cachable>NoCache</Cachable><Endianess>BigEndian</Endianess></{0}>\n",
       element, name, address, bytes, writable ? "RW" : "RO");
 }
 
@@ -40,6 +40,9 @@ std::string Describe(const GigeFeature& f, std::uint32_t address) {
       return fmt::format(
                  "<Integer Name=\"{}\"><pValue>{}</pValue><Min>{:.0f}</Min><Max>{:.0f}</Max></Integer>\n",
                  f.name, value, f.min, f.max) +
+             Register("IntReg", value, address, 4, f.writable);
+    case Kind::kBoolean:
+      return fmt::format("<Boolean Name=\"{}\"><pValue>{}</pValue></Boolean>\n", f.name, value) +
              Register("IntReg", value, address, 4, f.writable);
     case Kind::kFloat:
       return fmt::format(
@@ -86,6 +89,19 @@ std::string PacketSizeNodes() {
          PacketSizeBits("GevSCPSFireTestPacket", "<Bit>0</Bit>");
 }
 
+// Values that come with a picture: each has a port of its own, which is its chunk.
+std::string ChunkNodes() {
+  std::string nodes;
+  for (const GigeChunk& chunk : kGigeChunks)
+    nodes += fmt::format(
+        "<{1} Name=\"Chunk{0}\"><pValue>Chunk{0}Register</pValue></{1}>\n"
+        "<{2} Name=\"Chunk{0}Register\"><Address>0</Address><Length>8</Length><AccessMode>RO</AccessMode>"
+        "<pPort>{0}Chunk</pPort><Endianess>BigEndian</Endianess></{2}>\n"
+        "<Port Name=\"{0}Chunk\"><ChunkID>{3:X}</ChunkID></Port>\n",
+        chunk.name, chunk.is_float ? "Float" : "Integer", chunk.is_float ? "FloatReg" : "IntReg", chunk.id);
+  return nodes;
+}
+
 std::string Description(const GigeIdentity& identity, const std::vector<GigeFeature>& features) {
   std::string names, nodes;
   for (std::size_t i = 0; i < features.size(); ++i) {
@@ -94,7 +110,8 @@ std::string Description(const GigeIdentity& identity, const std::vector<GigeFeat
   }
   for (const char* name : {"GevSCPSPacketSize", "GevSCPSDoNotFragment", "GevSCPSFireTestPacket"})
     names += fmt::format("<pFeature>{}</pFeature>", name);
-  nodes += PacketSizeNodes();
+  for (const GigeChunk& chunk : kGigeChunks) names += fmt::format("<pFeature>Chunk{}</pFeature>", chunk.name);
+  nodes += PacketSizeNodes() + ChunkNodes();
   for (const auto& [name, address, bytes] :
        {std::tuple{"DeviceVendorName", 0x48, 32}, std::tuple{"DeviceModelName", 0x68, 32},
         std::tuple{"DeviceVersion", 0x88, 32}, std::tuple{"DeviceSerialNumber", 0xD8, 16}}) {

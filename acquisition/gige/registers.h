@@ -11,7 +11,7 @@ namespace polarscan {
 
 // A feature of the camera, as GenICam shows it; its register's address is given by its place in the list.
 struct GigeFeature {
-  enum class Kind { kInteger, kFloat, kEnumeration, kCommand };
+  enum class Kind { kInteger, kBoolean, kFloat, kEnumeration, kCommand };
   std::string name;
   Kind kind = Kind::kInteger;
   bool writable = false;
@@ -20,6 +20,15 @@ struct GigeFeature {
   std::string unit = {};
   std::vector<std::pair<std::string, std::uint32_t>> entries = {};  // of an enumeration; value is one of them
 };
+
+// What the camera can send with each picture; id 0 is the picture itself. Each value has eight bytes.
+struct GigeChunk {
+  const char* name;
+  std::uint32_t id;
+  bool is_float;
+};
+inline constexpr GigeChunk kGigeChunks[] = {
+    {"Timestamp", 1, false}, {"FrameID", 2, false}, {"ExposureTime", 3, true}, {"Gain", 4, true}};
 
 struct GigeIdentity {
   std::string vendor, model, version, serial;

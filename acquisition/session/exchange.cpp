@@ -44,12 +44,12 @@ Frame FrameOf(const LoadedView& view, const PixelFormat& format, std::uint64_t n
 }
 
 nlohmann::json SensorJson(const Sensor& sensor) {
-  nlohmann::json json = {{"layout", ToString(sensor.layout)},
-                         {"bits", sensor.bits},
-                         {"black_dn", sensor.black_dn},
-                         {"white_dn", sensor.white_dn}};
-  if (sensor.dn_per_e > 0) json["dn_per_e"] = sensor.dn_per_e, json["read_noise_e"] = sensor.read_noise_e;
-  return json;
+  nlohmann::json values = {{"layout", ToString(sensor.layout)},
+                           {"bits", sensor.bits},
+                           {"black_dn", sensor.black_dn},
+                           {"white_dn", sensor.white_dn}};
+  if (sensor.dn_per_e > 0) values["dn_per_e"] = sensor.dn_per_e, values["read_noise_e"] = sensor.read_noise_e;
+  return values;
 }
 
 void WriteFrames(const Input& input, const fs::path& folder, Progress& progress) {
