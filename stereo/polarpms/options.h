@@ -55,7 +55,7 @@ struct StereoOptions {
   double vote_angle_deg = 70;
   int vote_views = 24;
   int round_turns = 2;
-  double integration_weight = 0.01;
+  double integration_weight = 0.002;
 
   double filter_min_dop = 0.05;
   double filter_min_variance = 1.0;

@@ -11,6 +11,11 @@
 namespace polarscan {
 namespace {
 
+// d^2 + s^2 is the squared sine of the angle between normal and line of sight, of which an AoP constraint's
+// residuals are shares: without that division the best normal would always be one that turns to the cameras.
+// The angle is not known that well near 0, where this is added.
+constexpr float kLeastTilt = 0.1f;
+
 constexpr int kBeside[4][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
 
 // n with n . ray = -1 from the slopes of log z per pixel; unit length.
@@ -123,9 +128,11 @@ class NormalSolver {
       const AopConstraint& c = evidence.constraints[i];
       const float d = c.diffuse.dot(normal), s = c.specular.dot(normal);
       const bool diffuse = std::abs(d) < std::abs(s);
-      const float residual = diffuse ? d : s;
-      const Eigen::Vector3f& m = diffuse ? c.diffuse : c.specular;
-      sum += c.weight / (1 + residual * residual / softness_) * m * m.transpose();
+      const Eigen::Vector3f &m = diffuse ? c.diffuse : c.specular, &other = diffuse ? c.specular : c.diffuse;
+      const float length = d * d + s * s + kLeastTilt;
+      const float misfit = std::min(d * d, s * s) / length;
+      sum += c.weight / (1 + misfit / softness_) / length *
+             ((1 - misfit) * m * m.transpose() - misfit * other * other.transpose());
     }
     sum.diagonal().array() += 1e-4f * sum.trace() + 1e-6f;
     const Eigen::Vector3f a = sum.col(0), b = sum.col(1), c = sum.col(2);
@@ -143,7 +150,7 @@ class NormalSolver {
     for (std::size_t i = 0; i < evidence.count; ++i) {
       const AopConstraint& c = evidence.constraints[i];
       const float d = c.diffuse.dot(normal), s = c.specular.dot(normal);
-      const float residual = std::min(d * d, s * s);
+      const float residual = std::min(d * d, s * s) / (d * d + s * s + kLeastTilt);
       energy += c.weight * residual / (residual + softness_);
     }
     for (std::size_t i = 0; i < evidence.other_count; ++i) {

@@ -9,9 +9,9 @@ struct NormalOptions {
   float sigma = 0.006f;    // a view sees the point if its depth there is within 4 sigma (share of the depth)
   float residual = 0.15f;  // sine of the angle off an AoP constraint at which it counts half
   float agreement = 0.3f;  // of each neighbour's normal
-  float depth_normal = 0.3f;  // of the normal of the depth map
-  float consensus = 0.3f;     // of the mean of the other views' normals
-  float tangent = 0.05f;      // of the depth map's tangents in the least-squares step
+  float depth_normal = 0.6f;  // of the normal of the depth map
+  float consensus = 0.6f;     // of the mean of the other views' normals
+  float tangent = 0.5f;       // of the depth map's tangents in the least-squares step
 };
 
 // Normals (unit, camera frame) of a depth map by planes fitted to log z over 5x5 pixels; pixels across a
