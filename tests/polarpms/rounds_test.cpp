@@ -179,5 +179,38 @@ TEST(Normals, AreFoundFromTheAnglesOfPolarizationThoughAllStartsAreWrong) {
   EXPECT_LT(after / count, 1.5);
 }
 
+// m.n of a noisy constraint is least for a normal that turns to the camera.
+TEST(Normals, AreNotTurnedToTheCamerasByNoiseOfTheAnglesOfPolarization) {
+  const std::vector<double> angles = {-0.8, -0.6, -0.4, -0.2, 0.2, 0.4, 0.6, 0.8};
+  SphereProblem sphere(angles);
+  Random random(3);
+  const auto disturb = [&](StereoView& view) {
+    for (PolarSample& sample : view.polar.pixels()) {
+      const float phi = std::atan2(sample.sin_phi, sample.cos_phi) + 0.2f * float(random.Normal());
+      sample.cos_phi = std::cos(phi), sample.sin_phi = std::sin(phi);
+    }
+  };
+  disturb(*sphere.own.view);
+  for (std::size_t i = 0; i < angles.size(); ++i) {
+    const SphereView other = MakeSphereView(angles[i]);
+    disturb(*other.view);
+    sphere.problem.sources[i] = MakeSource(*sphere.own.view, other.view, other.map);
+  }
+  NormalOptions options;
+  options.agreement = options.depth_normal = options.consensus = options.tangent = 0;
+  const DepthNormalMap& truth = *sphere.own.map;
+  const Image<Eigen::Vector3f> solved = SolveNormals(sphere.problem, truth.depth, truth.normal, options);
+  double turned = 0, count = 0;  // towards the camera, degrees
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) {
+      const Eigen::Vector3f ray = sphere.problem.Ray(x, y).normalized();
+      const float tilt = AngleDegrees(truth.normal(x, y), -ray);
+      if (truth.depth(x, y) <= 0 || tilt < 30 || tilt > 60) continue;
+      turned += tilt - AngleDegrees(solved(x, y), -ray), ++count;
+    }
+  EXPECT_GT(count, 300);
+  EXPECT_LT(std::abs(turned / count), 1);
+}
+
 }  // namespace
 }  // namespace polarscan
