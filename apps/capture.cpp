@@ -119,6 +119,33 @@ void Run(const Arguments& a, const nlohmann::json& sensor, Context& context) {
   context.Finish(result, fmt::format("{} in {}", Describe(status.counts), a.session));
 }
 
+std::string Describe(const CameraInfo& camera) {
+  return fmt::format("{}  {} {} {}", camera.id, camera.vendor, camera.model, camera.serial);
+}
+
+std::map<std::string, std::string> CamerasNow() {
+  std::map<std::string, std::string> cameras;
+  for (const CameraInfo& camera : ListCameras()) cameras[camera.id] = Describe(camera);
+  return cameras;
+}
+
+// Says what is plugged in and out, until Ctrl-C.
+void WatchCameras(Context& context) {
+  const auto differences = [&](const auto& before, const auto& now, const char* what) {
+    for (const auto& [id, text] : now)
+      if (!before.contains(id)) context.progress.Info(fmt::format("{} {}", what, text));
+  };
+  std::map<std::string, std::string> before;
+  while (!context.progress.cancelled()) {
+    const std::map<std::string, std::string> now = CamerasNow();
+    differences(before, now, "here:");
+    differences(now, before, "gone:");
+    before = now;
+    for (int i = 0; i < 10 && !context.progress.cancelled(); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+}
+
 }  // namespace
 
 void AddCaptureCommand(CLI::App& app, Context& context) {
@@ -146,13 +173,15 @@ void AddCaptureCommand(CLI::App& app, Context& context) {
 
 void AddCamerasCommand(CLI::App& app, Context& context) {
   CLI::App* command = app.add_subcommand("cameras", "List the cameras that can be opened");
-  command->callback([&context] {
+  auto watch = std::make_shared<bool>(false);
+  command->add_flag("--watch", *watch, "Say which come and go, until Ctrl-C");
+  command->callback([watch, &context] {
+    if (*watch) return WatchCameras(context);
     nlohmann::json list = nlohmann::json::array();
     std::string text;
     for (const CameraInfo& camera : ListCameras()) {
       list.push_back(ToJson(camera));
-      text += fmt::format("{}{}  {} {} {}", text.empty() ? "" : "\n", camera.id, camera.vendor, camera.model,
-                          camera.serial);
+      text += (text.empty() ? "" : "\n") + Describe(camera);
     }
     context.Finish({{"cameras", list}}, text);
   });

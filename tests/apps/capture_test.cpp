@@ -152,6 +152,31 @@ TEST_F(CaptureProgram, WithoutACameraTheMessageNamesTheOnesThatNeedNoHardware) {
 }
 
 // Aravis' own programs take our camera for a real one.
+// Waits until `file` holds `words`.
+bool WaitForWords(const fs::path& file, const std::string& words) {
+  for (int i = 0; i < 600; ++i) {
+    if (fs::exists(file) && ReadFile(file).find(words) != std::string::npos) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  return false;
+}
+
+TEST_F(CaptureProgram, CamerasThatComeAndGoAreSeen) {
+  const fs::path words = folder_ / "words.txt";
+  const std::string address = OwnAddress(9);
+  Process watch({"sh", "-c", "exec \"$0\" cameras --watch 2>\"$1\"", Polarscan({})[0], words.string()});
+  ASSERT_TRUE(WaitForWords(words, "here: ")) << "the simulated camera is always there";
+  EXPECT_EQ(ReadFile(words).find("gone: "), std::string::npos);
+  Process camera(Polarscan({"simulate", "--gige", address, "--width", "128", "--height", "96", "--rings",
+                            "33:3", "--samples", "1"}));
+  const std::string name = "polarscan-simulated polarization camera";
+  EXPECT_TRUE(WaitForWords(words, name)) << ReadFile(words);
+  camera.Signal(SIGINT);
+  EXPECT_TRUE(WaitForWords(words, "gone: ")) << ReadFile(words);
+  watch.Signal(SIGINT);
+  EXPECT_EQ(watch.Wait().exit_code, kDone);
+}
+
 TEST_F(CaptureProgram, StockToolsReadAndStreamTheSimulatedGigeCamera) {
   if (!HasProgram("arv-tool-0.8") || !HasProgram("arv-camera-test-0.8"))
     GTEST_SKIP() << "arv-tool-0.8 and arv-camera-test-0.8 are not installed (aravis-tools-cli, aravis-tools)";
