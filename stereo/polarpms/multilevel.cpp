@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <numbers>
+#include <optional>
 
 #include "core/parallel.h"
 #include "stereo/polarpms/checkerboard.h"
@@ -15,6 +16,7 @@
 #include "stereo/polarpms/filter.h"
 #include "stereo/polarpms/stage_inputs.h"
 #include "stereo/rounds/round.h"
+#include "stereo/rounds/surface_matching.h"
 
 namespace fs = std::filesystem;
 
@@ -23,33 +25,42 @@ namespace {
 
 constexpr double kFewestPixels = 5000;  // of the object in a view of the coarsest level
 
+enum class Work { kSearch, kMatching, kRound };
+
 // One barrier stage. kind: the name of its maps, those of `before` are its input (empty: none).
 struct Step {
+  Work work;
   std::string kind, before, title;
-  bool search = true;  // else a round
   int halvings = 0, halvings_before = 0;
   int index = 0;        // among the searches: key of the random numbers
   float sharpness = 1;  // of a round
 };
 
+// The coarsest level: a search, then rounds. Finer ones: a search while there are search levels left, then
+// refinements, each of them a matching on the surface and a round.
 std::vector<Step> PlanSteps(const StereoOptions& options, int levels) {
   std::vector<Step> steps;
-  const auto add = [&](Step step) {
-    step.before = steps.empty() ? "" : steps.back().kind;
-    step.halvings_before = steps.empty() ? step.halvings : steps.back().halvings;
-    step.kind = fmt::format("step{}", steps.size());
+  int halvings = levels - 1, searches = 0;
+  const auto add = [&](Work work, const std::string& name, float sharpness = 1) {
+    const std::string size = halvings ? fmt::format("1/{} size", 1 << halvings) : "full size";
+    Step step{work,     fmt::format("step{}", steps.size()),
+              "",       fmt::format("{} at {}", name, size),
+              halvings, halvings,
+              searches, sharpness};
+    if (!steps.empty()) step.before = steps.back().kind, step.halvings_before = steps.back().halvings;
     steps.push_back(step);
   };
-  for (int level = 0; level < levels; ++level) {
-    const int halvings = levels - 1 - level;
-    const std::string size = halvings ? fmt::format("1/{} size", 1 << halvings) : "full size";
-    add({"", "", "search at " + size, true, halvings, 0, level});
-    const int rounds = level == 0 ? options.rounds : std::min(options.rounds, 1);
-    for (int round = 0; round < rounds; ++round)
-      add({"", "", fmt::format("round {} at {}", round + 1, size), false, halvings, 0, 0,
-           level == 0 && round == 0 ? 1.0f
-           : level == 0             ? 0.7f
-                                    : 0.5f});
+  add(Work::kSearch, "search");
+  for (int round = 1; round <= options.rounds; ++round)
+    add(Work::kRound, fmt::format("round {}", round), round == 1 ? 1.0f : 0.7f);
+  while (--halvings >= 0) {
+    const bool search = ++searches < options.search_levels;
+    if (search) add(Work::kSearch, "search");
+    if (search && options.rounds > 0) add(Work::kRound, "round after the search", 0.5f);
+    for (int i = 1; i <= options.refinements; ++i) {
+      add(Work::kMatching, fmt::format("matching {}", i));
+      if (options.rounds > 0) add(Work::kRound, fmt::format("round {}", i), 0.5f);
+    }
   }
   steps.back().kind = "geometric";
   return steps;
@@ -120,10 +131,7 @@ class MultilevelStage {
 
   void RunStep(const Step& step) {
     const auto cache_bytes = std::size_t(options_.cache_gb * 1e9);
-    Cache<StereoView> views(
-        cache_bytes / 2,
-        [&](int v) { return LoadStereoView(workspace_, v, scale_, options_, step.halvings); },
-        [](const StereoView& v) { return BytesOf(v); });
+    Cache<StereoView>& views = ViewsAt(step.halvings);
     Cache<DepthNormalMap> maps(
         cache_bytes / 2, [&](int v) { return MapsBefore(step, v); },
         [](const DepthNormalMap& m) { return BytesOf(m); });
@@ -131,13 +139,23 @@ class MultilevelStage {
     for (int view = 0; view < Count(); ++view) {
       progress_.Check();
       if (!done_.IsDone(view, step.kind)) {
-        const DepthNormalMap map =
-            step.search ? Search(step, view, views, maps) : Round(step, view, views, maps);
+        const DepthNormalMap map = Run(step, view, views, maps);
         WriteMaps(workspace_, view, step.kind, map);
         done_.Add(view, step.kind);
       }
       progress_.Advance();
     }
+  }
+
+  // The views at a size, kept from step to step.
+  Cache<StereoView>& ViewsAt(int halvings) {
+    if (!views_ || views_halvings_ != halvings)
+      views_.emplace(
+          std::size_t(options_.cache_gb * 1e9) / 2,
+          [this, halvings](int v) { return LoadStereoView(workspace_, v, scale_, options_, halvings); },
+          [](const StereoView& v) { return BytesOf(v); });
+    views_halvings_ = halvings;
+    return *views_;
   }
 
   // The maps of the step before, at this step's size.
@@ -168,6 +186,18 @@ class MultilevelStage {
     return map;
   }
 
+  DepthNormalMap Run(const Step& step, int view, Cache<StereoView>& views, Cache<DepthNormalMap>& maps) {
+    switch (step.work) {
+      case Work::kSearch:
+        return Search(step, view, views, maps);
+      case Work::kMatching:
+        return Matching(step, view, views, maps);
+      case Work::kRound:
+        break;
+    }
+    return Round(step, view, views, maps);
+  }
+
   DepthNormalMap Search(const Step& step, int view, Cache<StereoView>& views, Cache<DepthNormalMap>& maps) {
     const bool warm = !step.before.empty();
     const auto reference = views.Get(view);
@@ -180,6 +210,20 @@ class MultilevelStage {
     const CheckerboardPass pass{warm ? options_.geometric_iterations : options_.photometric_iterations, warm,
                                 100 * step.index};
     RunCheckerboard(problem, options_, hull, pass, map, progress_);
+    if (IsLast(step) && options_.filter) FilterEstimates(problem, options_, {}, map);
+    return map;
+  }
+
+  DepthNormalMap Matching(const Step& step, int view, Cache<StereoView>& views, Cache<DepthNormalMap>& maps) {
+    const auto reference = views.Get(view);
+    const Problem problem = MakeProblem(workspace_, view, options_, *reference, views, &maps);
+    const auto own = maps.Get(view);
+    SurfaceMatchingOptions matching;
+    matching.chosen_sources = options_.matching_sources;
+    matching.window_px = float(options_.matching_window_px);
+    matching.smoothing_px = float(options_.matching_smoothing_px);
+    matching.epsilon = float(options_.ncc_epsilon);
+    DepthNormalMap map{MatchSurface(problem, *own, matching), own->normal};
     if (IsLast(step) && options_.filter) FilterEstimates(problem, options_, {}, map);
     return map;
   }
@@ -222,6 +266,8 @@ class MultilevelStage {
   const float scale_;
   DoneList done_;
   const std::vector<Step> steps_;
+  std::optional<Cache<StereoView>> views_;
+  int views_halvings_ = 0;
 };
 
 }  // namespace

@@ -18,7 +18,9 @@ struct StereoOptions {
 
   std::string schedule = "checkerboard";
   int levels = 3;
+  int search_levels = 1;
   int rounds = 3;
+  int refinements = 2;
   int chosen_sources = 6;
   int photometric_iterations = 3;
   int geometric_iterations = 1;
@@ -54,6 +56,9 @@ struct StereoOptions {
   double vote_trust = 0;
   double vote_angle_deg = 70;
   int vote_views = 24;
+  int matching_sources = 3;
+  double matching_window_px = 1.5;
+  double matching_smoothing_px = 5;
   int round_turns = 2;
   double integration_weight = 0.002;
 

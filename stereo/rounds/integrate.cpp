@@ -61,7 +61,8 @@ class Integrator {
       }
     });
     double error = RowSum([&](int x, int y) { return residual(x, y) * direction(x, y); });
-    for (int i = 0; i < options_.iterations && error > 1e-18; ++i) {
+    const double enough = error * options_.tolerance * options_.tolerance;
+    for (int i = 0; i < options_.iterations && error > enough; ++i) {
       ParallelFor(0, height_, [&](int y) {
         for (int x = 0; x < width_; ++x) {
           if (data_(x, y) <= 0) continue;

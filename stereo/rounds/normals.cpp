@@ -6,15 +6,12 @@
 #include <cmath>
 
 #include "core/parallel.h"
-#include "stereo/polarpms/hypotheses.h"
+#include "stereo/rounds/aop_table.h"
 
 namespace polarscan {
 namespace {
 
-// d^2 + s^2 is the squared sine of the angle between normal and line of sight, of which an AoP constraint's
-// residuals are shares: without that division the best normal would always be one that turns to the cameras.
-// The angle is not known that well near 0, where this is added.
-constexpr float kLeastTilt = 0.1f;
+constexpr float kSame = 0.9998f;  // cosine (1.1 degrees) from which two starts end alike
 
 constexpr int kBeside[4][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
 
@@ -45,8 +42,7 @@ Eigen::Vector3f FitPlane(const Problem& problem, const Image<float>& depth, int 
 
 // All that is known about one pixel's normal.
 struct Evidence {
-  std::array<AopConstraint, 65> constraints;
-  std::size_t count = 0;
+  AopTable aop;
   std::array<Eigen::Vector3f, 6> others;  // the depth map's normal, the other views' and the neighbours'
   std::array<float, 6> agreement{};
   std::size_t other_count = 0;
@@ -70,7 +66,12 @@ class NormalSolver {
     Gather(x, y, from_depth, evidence);
     Eigen::Vector3f best = start_(x, y);
     float least = 1e30f;
+    std::array<Eigen::Vector3f, 7> seen;
+    std::size_t seen_count = 0;
     const auto consider = [&](const Eigen::Vector3f& candidate) {
+      for (std::size_t i = 0; i < seen_count; ++i)
+        if (candidate.dot(seen[i]) > kSame) return;
+      seen[seen_count++] = candidate;
       const Eigen::Vector3f normal = Improve(evidence, Improve(evidence, candidate));
       const float energy = Energy(evidence, normal);
       if (energy < least) least = energy, best = normal;
@@ -87,10 +88,10 @@ class NormalSolver {
     const Eigen::Vector3f point = depth * evidence.ray;
     if (!problem_.reference->polar.empty()) {
       const PolarSample& own = problem_.reference->polar(x, y);
-      if (own.weight > 0)
-        evidence.constraints[evidence.count++] = MakeAopConstraint(own, evidence.ray.x(), evidence.ray.y());
+      if (own.weight > 0) evidence.aop.Add(MakeAopConstraint(own, evidence.ray.x(), evidence.ray.y()));
     }
     for (const Source& source : problem_.sources) AddSource(source, point, evidence);
+    evidence.aop.Pad();
     const auto add = [&](const Eigen::Vector3f& normal, float agreement) {
       evidence.others[evidence.other_count] = normal;
       evidence.agreement[evidence.other_count++] = agreement;
@@ -118,22 +119,12 @@ class NormalSolver {
     if (source.view->polar.empty()) return;
     const PolarSample& sample = source.view->polar(seen.u, seen.v);
     if (sample.weight <= 0) return;
-    evidence.constraints[evidence.count++] = MakeAopConstraint(source, sample, seen);
+    evidence.aop.Add(MakeAopConstraint(source, sample, seen));
   }
 
   // One step of re-weighted least squares: towards the smallest eigenvector, by inverse iteration.
   Eigen::Vector3f Improve(const Evidence& evidence, const Eigen::Vector3f& normal) const {
-    Eigen::Matrix3f sum = evidence.tangents;
-    for (std::size_t i = 0; i < evidence.count; ++i) {
-      const AopConstraint& c = evidence.constraints[i];
-      const float d = c.diffuse.dot(normal), s = c.specular.dot(normal);
-      const bool diffuse = std::abs(d) < std::abs(s);
-      const Eigen::Vector3f &m = diffuse ? c.diffuse : c.specular, &other = diffuse ? c.specular : c.diffuse;
-      const float length = d * d + s * s + kLeastTilt;
-      const float misfit = std::min(d * d, s * s) / length;
-      sum += c.weight / (1 + misfit / softness_) / length *
-             ((1 - misfit) * m * m.transpose() - misfit * other * other.transpose());
-    }
+    Eigen::Matrix3f sum = evidence.tangents + AopSystemSimd(evidence.aop, normal, softness_);
     sum.diagonal().array() += 1e-4f * sum.trace() + 1e-6f;
     const Eigen::Vector3f a = sum.col(0), b = sum.col(1), c = sum.col(2);
     Eigen::Matrix3f adjugate;  // symmetric: the inverse times the determinant
@@ -146,13 +137,7 @@ class NormalSolver {
   }
 
   float Energy(const Evidence& evidence, const Eigen::Vector3f& normal) const {
-    float energy = 0;
-    for (std::size_t i = 0; i < evidence.count; ++i) {
-      const AopConstraint& c = evidence.constraints[i];
-      const float d = c.diffuse.dot(normal), s = c.specular.dot(normal);
-      const float residual = std::min(d * d, s * s) / (d * d + s * s + kLeastTilt);
-      energy += c.weight * residual / (residual + softness_);
-    }
+    float energy = AopEnergySimd(evidence.aop, normal, softness_);
     for (std::size_t i = 0; i < evidence.other_count; ++i) {
       const float away = (normal - evidence.others[i]).squaredNorm();
       energy += evidence.agreement[i] * away / (away + softness_);

@@ -6,8 +6,10 @@
 #include <numbers>
 
 #include "core/random.h"
+#include "stereo/rounds/aop_table.h"
 #include "stereo/rounds/integrate.h"
 #include "stereo/rounds/normals.h"
+#include "stereo/rounds/surface_matching.h"
 #include "stereo/rounds/vote.h"
 
 namespace polarscan {
@@ -210,6 +212,93 @@ TEST(Normals, AreNotTurnedToTheCamerasByNoiseOfTheAnglesOfPolarization) {
     }
   EXPECT_GT(count, 300);
   EXPECT_LT(std::abs(turned / count), 1);
+}
+
+// Waves of brightness, 5 to 7 pixels long, fixed on the sphere of a view.
+Image<float> Textured(const SphereView& sphere) {
+  Image<float> gray(kSize, kSize, 0.1f);
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) {
+      const float depth = sphere.map->depth(x, y);
+      if (depth <= 0) continue;
+      const Eigen::Vector3d point =
+          sphere.view->cam_from_world.Inverse() * (double(depth) * kCamera.Ray(x + 0.5, y + 0.5));
+      gray(x, y) = float(0.5 + 0.15 * std::sin(20 * point.x() + 3) + 0.15 * std::sin(26 * point.y()) +
+                         0.1 * std::sin(23 * (point.z() + point.x())));
+    }
+  return gray;
+}
+
+// A textured sphere in five views.
+SphereProblem TexturedSphere() {
+  SphereProblem sphere({});
+  sphere.own.view->gray = Textured(sphere.own);
+  for (double angle : {-0.3, -0.15, 0.15, 0.3}) {
+    const SphereView other = MakeSphereView(angle);
+    other.view->gray = Textured(other);
+    other.view->packed = Pack(other.view->gray);
+    sphere.problem.sources.push_back(MakeSource(*sphere.own.view, other.view, other.map));
+  }
+  return sphere;
+}
+
+// Mean error of a depth map as a share of the depth where the sphere is not too steep.
+double MeanError(const SphereView& sphere, const Image<float>& depth) {
+  double sum = 0;
+  int count = 0;
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) {
+      if (sphere.map->depth(x, y) <= 0 || sphere.map->normal(x, y).z() > -0.6f) continue;
+      sum += std::abs(depth(x, y) / sphere.map->depth(x, y) - 1);
+      ++count;
+    }
+  return sum / count;
+}
+
+// 0.001 of the depth are 0.05 px in the farthest source.
+TEST(SurfaceMatching, MovesACurvedSurfaceToWhereThePicturesAgree) {
+  const SphereProblem sphere = TexturedSphere();
+  for (float off : {1.006f, 0.994f}) {
+    DepthNormalMap start = *sphere.own.map;
+    for (float& depth : start.depth.pixels()) depth *= off;
+    EXPECT_LT(MeanError(sphere.own, MatchSurface(sphere.problem, start, {})), 0.002);
+  }
+  EXPECT_LT(MeanError(sphere.own, MatchSurface(sphere.problem, *sphere.own.map, {})), 0.0015);
+}
+
+TEST(SurfaceMatching, LeavesASurfaceWithoutTextureWhereItIs) {
+  SphereProblem sphere = TexturedSphere();
+  SphereProblem plain({-0.3, -0.15, 0.15, 0.3});
+  const Image<float> depth = MatchSurface(plain.problem, *plain.own.map, {});
+  EXPECT_LT(MeanError(plain.own, depth), 1e-6);
+  sphere.problem.sources.clear();
+  EXPECT_LT(MeanError(sphere.own, MatchSurface(sphere.problem, *sphere.own.map, {})), 1e-6);
+}
+
+TEST(SurfaceMatching, DoesNotListenToASourceWhoseViewIsBlocked) {
+  SphereProblem sphere = TexturedSphere();
+  for (Source& source : sphere.problem.sources) source.map = Constant(1);  // something right in front of it
+  DepthNormalMap start = *sphere.own.map;
+  for (float& depth : start.depth.pixels()) depth *= 1.006f;
+  EXPECT_NEAR(MeanError(sphere.own, MatchSurface(sphere.problem, start, {})), 0.006, 1e-6);
+}
+
+TEST(AopTable, VectorsAgreeWithTheScalarReference) {
+  for (std::uint64_t n = 0; n < 200; ++n) {
+    Random random(5, n);
+    const auto direction = [&] {
+      return Eigen::Vector3f(random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(-1, 1))
+          .normalized();
+    };
+    AopTable table;
+    for (std::uint64_t i = 0; i < n % 70; ++i) table.Add({direction(), direction(), random.Uniform(0, 1)});
+    table.Pad();
+    const Eigen::Vector3f normal = direction();
+    const Eigen::Matrix3f system = AopSystemScalar(table, normal, 0.02f);
+    EXPECT_LT((AopSystemSimd(table, normal, 0.02f) - system).norm(), 1e-5f * (1 + system.norm()));
+    const float energy = AopEnergyScalar(table, normal, 0.02f);
+    EXPECT_NEAR(AopEnergySimd(table, normal, 0.02f), energy, 1e-5f * (1 + energy));
+  }
 }
 
 }  // namespace

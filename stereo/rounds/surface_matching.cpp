@@ -1,0 +1,324 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/rounds/surface_matching.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/parallel.h"
+
+namespace polarscan {
+namespace {
+
+constexpr int kBandRows = 32;
+constexpr float kHidden =
+    0.01f;  // share of the depth by which a source's surface must be nearer to hide a point
+constexpr float kLeastFacing = 0.15f;  // cosine at which a source sees too little of the surface
+constexpr float kLeastWindow = 0.4f;   // share of a window's weight that a source must see
+constexpr float kSharpnessFloor = 0.02f;
+
+// Rows [begin, end) of the picture and a margin for the windows around them; columns [left, right) hold all
+// pixels that count.
+struct Band {
+  int begin, end, top, bottom, left = 0, right = 0;
+  int width() const { return right - left; }
+};
+
+// A plane of floats over a band with its margin; columns count from the band's left.
+class Plane {
+ public:
+  explicit Plane(const Band& band)
+      : top_(band.top),
+        width_(band.width()),
+        values_(std::size_t(band.bottom - band.top) * std::size_t(width_)) {}
+  float* Row(int y) { return values_.data() + std::size_t(y - top_) * std::size_t(width_); }
+
+ private:
+  int top_, width_;
+  std::vector<float> values_;
+};
+
+std::vector<float> GaussianTaps(float sigma) {
+  std::vector<float> taps;
+  float sum = 0;
+  for (int i = 0; i <= int(std::ceil(2 * sigma)); ++i) {
+    taps.push_back(std::exp(-0.5f * float(i * i) / (sigma * sigma)));
+    sum += i == 0 ? taps[0] : 2 * taps.back();
+  }
+  for (float& tap : taps) tap /= sum;
+  return taps;
+}
+
+float Bilinear(const Image<float>& image, float u, float v) {
+  const float x = u - 0.5f, y = v - 0.5f;
+  const int left = int(x), top = int(y);
+  const float ax = x - float(left), ay = y - float(top);
+  const float* row = &image(left, top);
+  const float* below = row + image.width();
+  return (row[0] * (1 - ax) + row[1] * ax) * (1 - ay) + (below[0] * (1 - ax) + below[1] * ax) * ay;
+}
+
+class SurfaceMatcher {
+ public:
+  SurfaceMatcher(const Problem& problem, const DepthNormalMap& own, const SurfaceMatchingOptions& options)
+      : problem_(problem),
+        own_(own),
+        options_(options),
+        width_(own.depth.width()),
+        height_(own.depth.height()),
+        taps_(GaussianTaps(options.window_px)),
+        step_(StepSize()),
+        moves_(width_, height_),
+        sharpness_(width_, height_) {}
+
+  Image<float> Run() {
+    if (step_ <= 0 || problem_.sources.empty()) return own_.depth;
+    ParallelFor(0, (height_ + kBandRows - 1) / kBandRows, [&](int i) { MatchBand(MakeBand(i * kBandRows)); });
+    Image<float> depth = own_.depth;
+    ParallelFor(0, height_, [&](int y) {
+      for (int x = 0; x < width_; ++x)
+        if (Counts(x, y)) depth(x, y) *= std::exp(step_ * SmoothMove(x, y));
+    });
+    return depth;
+  }
+
+ private:
+  int Steps() const { return 2 * options_.steps + 1; }
+  bool Counts(int x, int y) const { return own_.depth(x, y) > 0 && problem_.Active(x, y); }
+
+  // Pixels that a point moves in a source for a small relative change of its depth.
+  static float Motion(const Source& source, const Eigen::Vector3f& point) {
+    const Eigen::Vector3f turned = source.rotation * point, there = turned + source.translation;
+    if (there.z() <= 0) return 0;
+    const float x = there.x() / there.z(), y = there.y() / there.z();
+    return std::hypot(source.fx * (turned.x() - x * turned.z()), source.fy * (turned.y() - y * turned.z())) /
+           there.z();
+  }
+
+  // The step in log depth: the median motion over a sample of pixels and all sources is step_px.
+  float StepSize() const {
+    std::vector<float> motions;
+    for (int y = 3; y < height_; y += 7)
+      for (int x = 3; x < width_; x += 7)
+        if (Counts(x, y))
+          for (const Source& source : problem_.sources)
+            motions.push_back(Motion(source, own_.depth(x, y) * problem_.Ray(x, y)));
+    if (motions.empty()) return 0;
+    const auto middle = motions.begin() + std::ptrdiff_t(motions.size() / 2);
+    std::nth_element(motions.begin(), middle, motions.end());
+    return *middle > 0 ? options_.step_px / *middle : 0;
+  }
+
+  // `from` filtered into rows [begin, end) of `to`.
+  void Blur(const Band& band, Plane& from, Plane& scratch, Plane& to) const {
+    const int reach = int(taps_.size()) - 1, width = band.width();
+    for (int y = band.top; y < band.bottom; ++y) {
+      const float* in = from.Row(y);
+      float* out = scratch.Row(y);
+      for (int x = 0; x < width; ++x) out[x] = taps_[0] * in[x];
+      for (int i = 1; i <= reach && i < width; ++i) {
+        const float tap = taps_[std::size_t(i)];
+        for (int x = 0; x < width - i; ++x) out[x] += tap * in[x + i];
+        for (int x = i; x < width; ++x) out[x] += tap * in[x - i];
+      }
+    }
+    for (int y = band.begin; y < band.end; ++y) {
+      float* out = to.Row(y);
+      std::fill(out, out + width, 0.0f);
+      for (int i = std::max(-reach, band.top - y); i <= std::min(reach, band.bottom - 1 - y); ++i) {
+        const float tap = taps_[std::size_t(std::abs(i))];
+        const float* in = scratch.Row(y + i);
+        for (int x = 0; x < width; ++x) out[x] += tap * in[x];
+      }
+    }
+  }
+
+  // Whether the source sees the point at all of its steps.
+  bool Sees(const Source& source, const Eigen::Vector3f& turned, int x, int y) const {
+    const Image<float>& gray = source.view->gray;
+    for (int k : {-options_.steps, options_.steps}) {
+      const Eigen::Vector3f p = std::exp(step_ * float(k)) * turned + source.translation;
+      if (p.z() <= 0) return false;
+      const float u = source.fx * p.x() / p.z() + source.cx, v = source.fy * p.y() / p.z() + source.cy;
+      if (!(u >= 0.5f && v >= 0.5f && u < float(gray.width()) - 0.5f && v < float(gray.height()) - 0.5f))
+        return false;
+    }
+    const Eigen::Vector3f there = turned + source.translation;
+    if (-(source.rotation * own_.normal(x, y)).dot(there) < kLeastFacing * there.norm()) return false;
+    if (!source.map) return true;
+    const Seen seen = LookAt(source, there);
+    const float surface = source.map->depth(seen.u, seen.v);
+    return surface <= 0 || surface > there.z() * (1 - kHidden);
+  }
+
+  Band MakeBand(int begin) const {
+    const int reach = int(taps_.size()) - 1, end = std::min(begin + kBandRows, height_);
+    Band band{begin, end, std::max(0, begin - reach), std::min(height_, end + reach), width_, 0};
+    for (int y = band.top; y < band.bottom; ++y)
+      for (int x = 0; x < width_; ++x)
+        if (Counts(x, y)) band.left = std::min(band.left, x), band.right = std::max(band.right, x + 1);
+    return band;
+  }
+
+  void MatchBand(const Band& band) {
+    if (band.width() <= 0) return;
+    const std::size_t count = problem_.sources.size(), steps = std::size_t(Steps());
+    const std::size_t pixels = std::size_t(band.end - band.begin) * std::size_t(band.width());
+    std::vector<float> costs(pixels * count * steps, 2.0f);  // by pixel, source, step
+    for (std::size_t s = 0; s < count; ++s)
+      MatchSource(band, problem_.sources[s], &costs[s * steps], count * steps);
+    std::vector<std::pair<float, const float*>> order(count);
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const int x = band.left + int(i) % band.width(), y = band.begin + int(i) / band.width();
+      if (!Counts(x, y)) continue;
+      for (std::size_t s = 0; s < count; ++s) {
+        const float* curve = &costs[(i * count + s) * steps];
+        order[s] = {*std::min_element(curve, curve + steps), curve};
+      }
+      Choose(order, x, y);
+    }
+  }
+
+  // The points of a band turned into a source's axes, and which of them it sees.
+  struct Turned {
+    Plane x, y, z, seen;
+    explicit Turned(const Band& band) : x(band), y(band), z(band), seen(band) {}
+  };
+
+  bool Turn(const Band& band, const Source& source, Turned& turned) const {
+    bool any = false;
+    for (int y = band.top; y < band.bottom; ++y)
+      for (int x = band.left; x < band.right; ++x) {
+        if (!Counts(x, y)) continue;
+        const Eigen::Vector3f point = source.rotation * (own_.depth(x, y) * problem_.Ray(x, y));
+        if (!Sees(source, point, x, y)) continue;
+        const int i = x - band.left;
+        turned.x.Row(y)[i] = point.x(), turned.y.Row(y)[i] = point.y(), turned.z.Row(y)[i] = point.z();
+        turned.seen.Row(y)[i] = 1;
+        any = true;
+      }
+    return any;
+  }
+
+  // The source's picture on the surface, all depths times `scale`.
+  void Draw(const Band& band, const Source& source, Turned& turned, float scale, Plane& drawn) const {
+    const Eigen::Vector3f& t = source.translation;
+    for (int y = band.top; y < band.bottom; ++y) {
+      const float *px = turned.x.Row(y), *py = turned.y.Row(y), *pz = turned.z.Row(y),
+                  *seen = turned.seen.Row(y);
+      float* out = drawn.Row(y);
+      for (int i = 0; i < band.width(); ++i) {
+        if (seen[i] == 0) continue;
+        const float inverse = 1 / (scale * pz[i] + t.z());
+        out[i] = Bilinear(source.view->gray, source.fx * (scale * px[i] + t.x()) * inverse + source.cx,
+                          source.fy * (scale * py[i] + t.y()) * inverse + source.cy) -
+                 0.5f;
+      }
+    }
+  }
+
+  // 1 - NCC of all pixels and steps with one source; costs[0] is the band's first pixel's first step.
+  void MatchSource(const Band& band, const Source& source, float* costs, std::size_t stride) const {
+    Turned turned(band);
+    if (!Turn(band, source, turned)) return;
+    Plane r(band), s(band), product(band), scratch(band);
+    Plane sum_w(band), sum_r(band), sum_rr(band), sum_s(band), sum_ss(band), sum_rs(band);
+    for (int y = band.top; y < band.bottom; ++y)
+      for (int i = 0; i < band.width(); ++i)
+        if (turned.seen.Row(y)[i] != 0) r.Row(y)[i] = problem_.reference->gray(band.left + i, y) - 0.5f;
+    Blur(band, turned.seen, scratch, sum_w);
+    Blur(band, r, scratch, sum_r);
+    Multiply(band, r, r, product);
+    Blur(band, product, scratch, sum_rr);
+    for (int k = 0; k < Steps(); ++k) {
+      Draw(band, source, turned, std::exp(step_ * float(k - options_.steps)), s);
+      Blur(band, s, scratch, sum_s);
+      Multiply(band, s, s, product);
+      Blur(band, product, scratch, sum_ss);
+      Multiply(band, r, s, product);
+      Blur(band, product, scratch, sum_rs);
+      float* cost = costs + k;
+      for (int y = band.begin; y < band.end; ++y)
+        for (int i = 0; i < band.width(); ++i, cost += stride) {
+          if (turned.seen.Row(y)[i] == 0 || sum_w.Row(y)[i] < kLeastWindow) continue;
+          const float inverse = 1 / sum_w.Row(y)[i];
+          const float mean_r = sum_r.Row(y)[i] * inverse, mean_s = sum_s.Row(y)[i] * inverse;
+          const float var_r = sum_rr.Row(y)[i] * inverse - mean_r * mean_r + options_.epsilon;
+          const float var_s = sum_ss.Row(y)[i] * inverse - mean_s * mean_s + options_.epsilon;
+          const float covariance = sum_rs.Row(y)[i] * inverse - mean_r * mean_s + options_.epsilon;
+          *cost = 1 - covariance / std::sqrt(std::max(var_r * var_s, 1e-16f));
+        }
+    }
+  }
+
+  static void Multiply(const Band& band, Plane& a, Plane& b, Plane& out) {
+    for (int y = band.top; y < band.bottom; ++y) {
+      const float *p = a.Row(y), *q = b.Row(y);
+      float* o = out.Row(y);
+      for (int i = 0; i < band.width(); ++i) o[i] = p[i] * q[i];
+    }
+  }
+
+  // The pixel's best step and how sharp the minimum is.
+  void Choose(std::vector<std::pair<float, const float*>>& order, int x, int y) {
+    const int steps = Steps();
+    std::sort(order.begin(), order.end(), [](const auto& a, const auto& b) {
+      return a.first < b.first || (a.first == b.first && a.second < b.second);
+    });
+    std::vector<float> curve(std::size_t(steps), 0.0f);
+    int chosen = 0;
+    for (const auto& [best, costs] : order) {
+      if (best >= 1 || chosen == options_.chosen_sources) break;
+      for (int k = 0; k < steps; ++k) curve[std::size_t(k)] += costs[k];
+      ++chosen;
+    }
+    if (chosen == 0) return;
+    const int k = int(std::min_element(curve.begin(), curve.end()) - curve.begin());
+    const float share = 1 / float(options_.chosen_sources);
+    if (k == 0 || k == steps - 1) {
+      moves_(x, y) = float(k - options_.steps);
+      sharpness_(x, y) = share * (curve[std::size_t(k ? k - 1 : 1)] - curve[std::size_t(k)]);
+      return;
+    }
+    const float before = curve[std::size_t(k - 1)], at = curve[std::size_t(k)],
+                after = curve[std::size_t(k + 1)];
+    const float bend = before + after - 2 * at;
+    moves_(x, y) = float(k - options_.steps) + (bend > 0 ? 0.5f * (before - after) / bend : 0);
+    sharpness_(x, y) = share * bend;
+  }
+
+  float SmoothMove(int x, int y) const {
+    const int reach = int(std::ceil(2 * options_.smoothing_px));
+    const float falloff = -0.5f / (options_.smoothing_px * options_.smoothing_px);
+    const Eigen::Vector3f ray = problem_.Ray(x, y);
+    const Eigen::Vector3f& normal = own_.normal(x, y);
+    const float plane = own_.depth(x, y) * normal.dot(ray), far = step_ * float(Steps());
+    float sum = 0, weights = kSharpnessFloor;
+    for (int v = std::max(0, y - reach); v <= std::min(height_ - 1, y + reach); ++v)
+      for (int u = std::max(0, x - reach); u <= std::min(width_ - 1, x + reach); ++u) {
+        if (sharpness_(u, v) <= 0) continue;
+        const float there = plane / normal.dot(problem_.Ray(u, v));
+        if (std::abs(own_.depth(u, v) - there) > far * there) continue;  // another surface
+        const float weight =
+            sharpness_(u, v) * std::exp(falloff * float((u - x) * (u - x) + (v - y) * (v - y)));
+        sum += weight * moves_(u, v), weights += weight;
+      }
+    return sum / weights;
+  }
+
+  const Problem& problem_;
+  const DepthNormalMap& own_;
+  const SurfaceMatchingOptions& options_;
+  const int width_, height_;
+  const std::vector<float> taps_;
+  const float step_;                // in log depth
+  Image<float> moves_, sharpness_;  // in steps
+};
+
+}  // namespace
+
+Image<float> MatchSurface(const Problem& problem, const DepthNormalMap& own,
+                          const SurfaceMatchingOptions& options) {
+  return SurfaceMatcher(problem, own, options).Run();
+}
+
+}  // namespace polarscan
