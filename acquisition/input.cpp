@@ -126,6 +126,26 @@ void AddNotes(Input& input, const InputOptions& options) {
         "angles of polarization are taken as anticlockwise from +x (--aop-sense clockwise if they are not)");
 }
 
+void SetCalibration(Input& input, std::shared_ptr<const Calibration> calibration, const Picture& first) {
+  if (input.kind != InputKind::kMosaic) {
+    if (calibration)
+      throw Error("only raw mosaics can be calibrated", input.folder.string(), "Leave --calibration out");
+    return;
+  }
+  input.binding = BindingOf(input, first.width(), first.height());
+  if (!calibration) return;
+  RequireSame(calibration->binding, input.binding, input.folder);
+  if (input.sensor.gamma != 1) throw Error("a calibration needs counts that are linear in light", "--gamma");
+  if (!input.binding.camera.contains("serial") || !calibration->binding.camera.contains("serial"))
+    input.notes.push_back(
+        "whether the calibration is this camera's cannot be told: the pictures or the calibration do not say "
+        "a "
+        "serial number (\"camera\": {\"serial\": ...} in set.json)");
+  if (calibration->correction.responses.empty())
+    input.notes.push_back("the calibration knows the black level but not the polarizers");
+  input.calibration = std::move(calibration);
+}
+
 }  // namespace
 
 std::string ToString(InputKind kind) {
@@ -135,7 +155,9 @@ std::string ToString(InputKind kind) {
 
 Input OpenInput(const fs::path& folder, const InputOptions& given) {
   RequireFolder(folder);
-  const InputOptions options = WithSetJson(given, folder);
+  std::shared_ptr<const Calibration> calibration = FindCalibration(given, folder);
+  const InputOptions options = WithCalibratedSensor(
+      WithSetJson(WithCalibratedNoise(given, calibration.get()), folder), calibration.get());
   Input input;
   input.folder = folder;
   IsSession(folder) ? OpenSessionInput(input) : OpenPictures(input, options);
@@ -146,14 +168,22 @@ Input OpenInput(const fs::path& folder, const InputOptions& given) {
     throw Error("a mosaic's sense of angles is its layout", "--aop-sense clockwise",
                 "Swap 45 and 135 in --layout");
   input.aop_scale = options.aop_scale;
-  SetSensor(input, options, FirstPicture(input));
+  const Picture first = FirstPicture(input);
+  SetSensor(input, options, first);
+  SetCalibration(input, std::move(calibration), first);
   AddNotes(input, options);
   ReadView(input, 0);  // what does not fit together should show now
   return input;
 }
 
+const MosaicCorrection& Input::correction() const {
+  static const MosaicCorrection none;
+  return calibration ? calibration->correction : none;
+}
+
 nlohmann::json Meaning(const Input& input) {
-  return {{"kind", ToString(input.kind)},
+  return {{"calibration", input.calibration ? nlohmann::json(input.calibration->hash) : nlohmann::json()},
+          {"kind", ToString(input.kind)},
           {"sensor", ToJson(input.sensor)},
           {"aop_sense", input.clockwise ? "clockwise" : "anticlockwise"},
           {"aop_scale", input.aop_scale}};

@@ -10,6 +10,7 @@
 #include "acquisition/session/session_reader.h"
 #include "core/image_io.h"
 #include "core/options.h"
+#include "demosaic/calibration/calibration.h"
 #include "demosaic/sensor.h"
 
 namespace polarscan {
@@ -26,6 +27,7 @@ struct InputOptions {
   double gamma = 0;
   std::string aop_sense = "auto";
   std::string aop_scale = "auto";
+  std::string calibration = "";
 };
 OptionTable Table(InputOptions& options);
 
@@ -56,20 +58,26 @@ struct Input {
   InputKind kind = InputKind::kPhotos;
   std::vector<InputView> views;  // sorted by name
   Sensor sensor;
-  std::shared_ptr<const Session> session;  // where the views are its shots
+  std::shared_ptr<const Session> session;          // where the views are its shots
+  CameraBinding binding;                           // mosaics: by which camera and how, as far as it is known
+  std::shared_ptr<const Calibration> calibration;  // mosaics: or null
   bool clockwise = false;          // the source's angles of polarization run clockwise; Stokes views never do
   std::string aop_scale = "auto";  // of aop/: see the option table
   std::optional<std::filesystem::path> known_model;  // sparse/
   std::vector<std::string> notes;                    // what was assumed, one sentence each, for the user
 
   bool polarized() const { return kind != InputKind::kPhotos; }
+  // What is known about the single pixels; empty without a calibration.
+  const MosaicCorrection& correction() const;
 };
 
-// Throws Error if the folder is missing, empty, incomplete or ambiguous. Opens one view's pictures (more only
+// Throws Error if the folder is missing, empty, incomplete or ambiguous, or the calibration is another
+// camera's. Opens one view's pictures (more only
 // to find out about 16-bit ones); the others are read by ReadView.
 Input OpenInput(const std::filesystem::path& folder, const InputOptions& options);
 
-// {"kind", "sensor", "aop_sense", "aop_scale"}: everything that decides what a view's pictures mean.
+// {"kind", "sensor", "aop_sense", "aop_scale", "calibration"}: everything that decides what a view's pictures
+// mean.
 nlohmann::json Meaning(const Input& input);
 // The above with folder, counts and notes, for scan.json.
 nlohmann::json ToJson(const Input& input);

@@ -55,7 +55,10 @@ nlohmann::json SensorJson(const Sensor& sensor) {
 void WriteFrames(const Input& input, const fs::path& folder, Progress& progress) {
   SessionInfo info = NewSessionInfo();
   info.camera = ToJson(CameraInfo{"import:" + input.folder.string(), "", "pictures", ""});
+  info.camera.update(input.binding.camera);
+  info.settings = input.binding.settings;
   info.sensor = SensorJson(input.sensor);
+  if (input.calibration) info.sensor["calibration"] = fs::absolute(input.calibration->folder).string();
   SessionWriter writer(folder, info, kSegmentBytes);
   const PixelFormat format = FormatFor(input.sensor);
   FrameCounts counts;
@@ -115,7 +118,10 @@ std::size_t ExportSession(const Session& session, const fs::path& folder, const 
       WriteCounts(folder / "mosaic" / (name + "." + extension), counts);
       progress.Advance();
     }
-  WriteJson(folder / "set.json", {{"input_kind", "mosaic"}, {"sensor", SensorOf(session)}});
+  WriteJson(folder / "set.json", {{"input_kind", "mosaic"},
+                                  {"sensor", SensorOf(session)},
+                                  {"camera", session.info.camera},
+                                  {"settings", session.info.settings}});
   return session.frames.size();
 }
 
@@ -129,7 +135,8 @@ std::size_t ExportAngles(const Input& input, const DemosaicMethod& method, const
   for (std::size_t i = 0; i < input.views.size(); ++i) {
     progress.Check();
     const LoadedView view = ReadView(input, int(i));
-    const Image<float> light = ToLight(view.pictures[0].planes[0], input.sensor);
+    const Image<float> light =
+        ToLitMosaic(view.pictures[0].planes[0], input.sensor, input.correction()).light;
     const AnglePlanes planes = method.interpolate(light, input.sensor.layout)[0];
     for (std::size_t a = 0; a < planes.size(); ++a)
       WriteCounts(folder / fmt::format("I-{:02}", kAnglesDeg[a]) / (view.name + "." + extension),

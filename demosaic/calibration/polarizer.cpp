@@ -135,7 +135,8 @@ PolarizerCalibration CalibratePolarizer(const CalibrationFrames& frames, const S
     progress.Advance();
   }
   FittedResponses fitted = fit->Solve();
-  NormalizeGains(fitted.responses, sensor.layout, keep_shading);
+  NormalizeGains(fitted.responses, sensor.layout,
+                 keep_shading ? GainReference::kPicture : GainReference::kNeighbourhood);
   result.defects = MarkDefects(fitted.responses, sensor.layout);
   result.clipped = fitted.clipped;
   result.responses = std::move(fitted.responses);

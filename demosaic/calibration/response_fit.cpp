@@ -4,8 +4,10 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <string>
+#include <vector>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -13,7 +15,8 @@
 namespace polarscan {
 namespace {
 
-constexpr int kNeighbourhood = 32;  // px; even, so that all polarizer angles weigh the same
+constexpr int kNeighbourhood = 32,
+              kSmallestNeighbourhood = 8;  // px; even, so that all polarizer angles weigh the same
 constexpr float kLowestGain = 0.5f, kHighestGain = 1.5f;
 constexpr float kLowestDiattenuation = 0.5f, kHighestDiattenuation = 1.3f;
 constexpr float kLargestTurn_deg = 15;
@@ -29,14 +32,17 @@ struct Sums {
   }
 };
 
-Sums SumGains(const ResponseMap& map, const Layout& layout, char colour) {
+// Which pixels belong together.
+using IsOfKind = std::function<bool(int x, int y)>;
+
+Sums SumGains(const ResponseMap& map, const IsOfKind& of_kind) {
   Sums sums{Image<double>(map.width() + 1, map.height() + 1),
             Image<double>(map.width() + 1, map.height() + 1)};
   for (int y = 0; y < map.height(); ++y) {
     double gain = 0, count = 0;
     for (int x = 0; x < map.width(); ++x) {
       const Response response = map.At(x, y);
-      if (!response.Defect() && layout.ColourAt(x, y) == colour) gain += response.Gain(), count += 1;
+      if (!response.Defect() && of_kind(x, y)) gain += response.Gain(), count += 1;
       sums.gain(x + 1, y + 1) = sums.gain(x + 1, y) + gain;
       sums.count(x + 1, y + 1) = sums.count(x + 1, y) + count;
     }
@@ -44,9 +50,15 @@ Sums SumGains(const ResponseMap& map, const Layout& layout, char colour) {
   return sums;
 }
 
-// The neighbourhood's begin along one axis: inside of the picture and at an even place.
-int Begin(int i, int size) {
-  return std::clamp(i - kNeighbourhood / 2, 0, std::max(0, size - kNeighbourhood)) & ~1;
+// The neighbourhood along one axis: inside of the picture, even at both ends, and with the pixel in its
+// middle, so that light that rises evenly makes no difference; hence smaller near the border.
+struct Range {
+  int begin, end;
+};
+Range Neighbourhood(int i, int size) {
+  const int place = i & ~1, room = std::min(place, size - 2 - place);
+  const int half = std::clamp(room, kSmallestNeighbourhood / 2, kNeighbourhood / 2) & ~1;
+  return {std::max(0, place - half), std::min(size, place + 2 + half)};
 }
 
 void DivideBy(ResponseMap& map, int x, int y, double gain) {
@@ -55,17 +67,16 @@ void DivideBy(ResponseMap& map, int x, int y, double gain) {
   map.Set(x, y, {r.a0 * factor, r.a1 * factor, r.a2 * factor});
 }
 
-void NormalizeColour(ResponseMap& map, const Layout& layout, char colour, bool keep_shading) {
-  const Sums sums = SumGains(map, layout, colour);
+void NormalizeKind(ResponseMap& map, const IsOfKind& of_kind, bool whole_picture) {
+  const Sums sums = SumGains(map, of_kind);
   const int width = map.width(), height = map.height();
   const double mean = sums.Mean(0, 0, width, height);
   ParallelFor(0, height, [&](int y) {
     for (int x = 0; x < width; ++x) {
-      if (layout.ColourAt(x, y) != colour) continue;
-      const int x0 = Begin(x, width), y0 = Begin(y, height);
-      const double local =
-          sums.Mean(x0, y0, std::min(width, x0 + kNeighbourhood), std::min(height, y0 + kNeighbourhood));
-      DivideBy(map, x, y, keep_shading ? mean : local);
+      if (!of_kind(x, y)) continue;
+      const Range columns = Neighbourhood(x, width), rows = Neighbourhood(y, height);
+      const double local = sums.Mean(columns.begin, rows.begin, columns.end, rows.end);
+      DivideBy(map, x, y, whole_picture ? mean : local);
     }
   });
 }
@@ -122,9 +133,15 @@ FittedResponses ResponseFit::Solve() const {
   return fitted;
 }
 
-void NormalizeGains(ResponseMap& responses, const Layout& layout, bool keep_shading) {
-  if (layout.bayer.empty()) return NormalizeColour(responses, layout, 'm', keep_shading);
-  for (const char colour : {'r', 'g', 'b'}) NormalizeColour(responses, layout, colour, keep_shading);
+void NormalizeGains(ResponseMap& responses, const Layout& layout, GainReference reference) {
+  const bool by_angle = reference == GainReference::kNeighbourhoodOfAngle;
+  for (const char colour : layout.bayer.empty() ? std::string("m") : std::string("rgb"))
+    for (const int angle : by_angle ? std::vector<int>{0, 45, 90, 135} : std::vector<int>{-1}) {
+      const IsOfKind of_kind = [&](int x, int y) {
+        return layout.ColourAt(x, y) == colour && (angle < 0 || layout.AngleAt(x, y) == angle);
+      };
+      NormalizeKind(responses, of_kind, reference == GainReference::kPicture);
+    }
 }
 
 std::size_t MarkDefects(ResponseMap& responses, const Layout& layout) {

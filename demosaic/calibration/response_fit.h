@@ -33,9 +33,14 @@ class ResponseFit {
   Image<std::uint8_t> clipped_;
 };
 
-// Brings the mean gain to 1: of each neighbourhood of 32x32 px (of one colour), so that uneven light and the
-// lens's shading do not end up in the responses; with keep_shading of the whole picture.
-void NormalizeGains(ResponseMap& responses, const Layout& layout, bool keep_shading);
+// Whose mean gain becomes 1, in each colour. Neighbourhoods are 32x32 px: uneven light and the lens's shading
+// then do not end up in the responses.
+enum class GainReference {
+  kPicture,
+  kNeighbourhood,
+  kNeighbourhoodOfAngle,  // of pixels behind the same polarizer angle: for light that may be polarized
+};
+void NormalizeGains(ResponseMap& responses, const Layout& layout, GainReference reference);
 
 // Marks what is nothing like a polarizer: normalized gain outside 0.5 ... 1.5, diattenuation below 0.5 or
 // above 1.3, turned by more than 15 degrees. Returns how many there are now.

@@ -10,6 +10,7 @@ namespace polarscan {
 namespace {
 
 using test::EvenAngles;
+using test::ExpectError;
 using test::ImperfectSensor;
 using test::TurnedPolarizer;
 
@@ -28,15 +29,6 @@ PolarizerCalibration Calibrate(const ImperfectSensor& sensor, const std::vector<
 
 PolarizerKnowledge Known(const std::vector<double>& angles_deg) {
   return {.angles_deg = angles_deg, .frames = {}};
-}
-
-void ExpectError(const std::function<void()>& f, const std::string& words) {
-  try {
-    f();
-    ADD_FAILURE() << "no error: " << words;
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
-  }
 }
 
 TEST(CalibratePolarizer, FindsEveryPixelsResponseExactlyWithoutNoise) {

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <string>
 #include <vector>
 
+#include "core/error.h"
 #include "core/random.h"
 #include "demosaic/calibration/frames.h"
 #include "demosaic/calibration/response.h"
@@ -13,6 +17,15 @@
 #include "mosaic.h"
 
 namespace polarscan::test {
+
+inline void ExpectError(const std::function<void()>& f, const std::string& words) {
+  try {
+    f();
+    ADD_FAILURE() << "no error: " << words;
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
+  }
+}
 
 // A sensor whose pixels have gains, angles and diattenuations of their own, known to the test alone.
 struct ImperfectSensor {
