@@ -126,23 +126,21 @@ void AddNotes(Input& input, const InputOptions& options) {
         "angles of polarization are taken as anticlockwise from +x (--aop-sense clockwise if they are not)");
 }
 
-void SetCalibration(Input& input, std::shared_ptr<const Calibration> calibration, const Picture& first) {
+void SetCalibration(Input& input, std::shared_ptr<const Calibration> calibration) {
   if (input.kind != InputKind::kMosaic) {
     if (calibration)
       throw Error("only raw mosaics can be calibrated", input.folder.string(), "Leave --calibration out");
     return;
   }
-  input.binding = BindingOf(input, first.width(), first.height());
+  input.binding = BindingOf(input);
   if (!calibration) return;
-  RequireSame(calibration->binding, input.binding, input.folder);
+  RequireSame(calibration->binding, input.binding,
+              fmt::format("{} with {}", input.folder.string(), calibration->folder.string()));
   if (input.sensor.gamma != 1) throw Error("a calibration needs counts that are linear in light", "--gamma");
   if (!input.binding.camera.contains("serial") || !calibration->binding.camera.contains("serial"))
     input.notes.push_back(
         "whether the calibration is this camera's cannot be told: the pictures or the calibration do not say "
-        "a "
-        "serial number (\"camera\": {\"serial\": ...} in set.json)");
-  if (calibration->correction.responses.empty())
-    input.notes.push_back("the calibration knows the black level but not the polarizers");
+        "a serial number (\"camera\": {\"serial\": ...} in set.json)");
   input.calibration = std::move(calibration);
 }
 
@@ -169,8 +167,9 @@ Input OpenInput(const fs::path& folder, const InputOptions& given) {
                 "Swap 45 and 135 in --layout");
   input.aop_scale = options.aop_scale;
   const Picture first = FirstPicture(input);
+  input.width = first.width(), input.height = first.height();
   SetSensor(input, options, first);
-  SetCalibration(input, std::move(calibration), first);
+  SetCalibration(input, std::move(calibration));
   AddNotes(input, options);
   ReadView(input, 0);  // what does not fit together should show now
   return input;

@@ -59,6 +59,7 @@ struct Input {
   std::vector<InputView> views;  // sorted by name
   Sensor sensor;
   std::shared_ptr<const Session> session;          // where the views are its shots
+  int width = 0, height = 0;                       // of the first view's first picture, px
   CameraBinding binding;                           // mosaics: by which camera and how, as far as it is known
   std::shared_ptr<const Calibration> calibration;  // mosaics: or null
   bool clockwise = false;          // the source's angles of polarization run clockwise; Stokes views never do

@@ -176,7 +176,7 @@ InputOptions WithCalibratedSensor(InputOptions options, const Calibration* calib
   return options;
 }
 
-CameraBinding BindingOf(const Input& input, int width, int height) {
+CameraBinding BindingOf(const Input& input) {
   const json set = JsonOf(input.folder);
   json settings = set.value("settings", json::object());
   if (!settings.is_object()) settings = json::object();
@@ -187,7 +187,7 @@ CameraBinding BindingOf(const Input& input, int width, int height) {
     settings.erase("Gain");
   json camera = set.value("camera", json::object());
   if (camera.is_object() && camera.value("model", json()) == "pictures") camera.erase("model");  // imported
-  return MakeBinding(camera, settings, width, height, input.sensor.layout, input.sensor.bits);
+  return MakeBinding(camera, settings, input.width, input.height, input.sensor.layout, input.sensor.bits);
 }
 
 InputOptions WithSetJson(InputOptions options, const std::filesystem::path& folder) {

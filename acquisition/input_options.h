@@ -25,6 +25,6 @@ InputOptions WithCalibratedSensor(InputOptions options, const Calibration* calib
 
 // By which camera and how the pictures in the folder were taken: session.json's or set.json's "camera" and
 // "settings".
-CameraBinding BindingOf(const Input& input, int width, int height);
+CameraBinding BindingOf(const Input& input);
 
 }  // namespace polarscan

@@ -149,4 +149,33 @@ std::size_t ExportAngles(const Input& input, const DemosaicMethod& method, const
   return input.views.size();
 }
 
+std::size_t ExportCorrected(const Input& input, const fs::path& folder, const std::string& extension,
+                            Progress& progress) {
+  if (!input.calibration)
+    throw Error("there is no calibration to apply", input.folder.string(),
+                "Give its folder with --calibration");
+  RequireNewSessionFolder(folder);
+  progress.Begin("correcting", input.views.size());
+  for (std::size_t i = 0; i < input.views.size(); ++i) {
+    progress.Check();
+    const LoadedView view = ReadView(input, int(i));
+    LitMosaic mosaic = ToLitMosaic(view.pictures[0].planes[0], input.sensor, input.correction());
+    for (std::size_t k = 0; k < mosaic.light.size(); ++k)
+      if (mosaic.state.pixels()[k] == SampleState::kLost) mosaic.light.pixels()[k] = 1;
+    WriteCounts(folder / "mosaic" / (view.name + "." + extension), AngleCounts(mosaic.light));
+    progress.Advance();
+  }
+  nlohmann::json sensor = {{"layout", ToString(input.sensor.layout)},
+                           {"bits", 16},
+                           {"black_dn", kAnglesBlack_dn},
+                           {"white_dn", kAnglesWhite_dn}};
+  if (input.sensor.dn_per_e > 0) {
+    sensor["dn_per_e"] = input.sensor.dn_per_e * (kAnglesWhite_dn - kAnglesBlack_dn) / input.sensor.RangeDn();
+    sensor["read_noise_e"] = input.sensor.read_noise_e;
+  }
+  WriteJson(folder / "set.json",
+            {{"input_kind", "mosaic"}, {"sensor", sensor}, {"camera", input.binding.camera}});
+  return input.views.size();
+}
+
 }  // namespace polarscan

@@ -25,4 +25,10 @@ std::size_t ExportAngles(const Input& input, const DemosaicMethod& method,
                          const std::filesystem::path& folder, const std::string& extension,
                          Progress& progress);
 
+// Raw mosaics as ideal polarizers would show them, black at 4096, 16 bits: FOLDER/mosaic/NAME and set.json,
+// an INPUT again. Samples that were clipped and what is above full scale are at 65535. Returns the number of
+// views. Throws Error if the input is no raw mosaics or has no calibration, or the folder is not empty.
+std::size_t ExportCorrected(const Input& input, const std::filesystem::path& folder,
+                            const std::string& extension, Progress& progress);
+
 }  // namespace polarscan

@@ -81,19 +81,18 @@ std::vector<std::string> Differences(const CameraBinding& calibration, const Cam
   return differences;
 }
 
-void RequireSame(const CameraBinding& calibration, const CameraBinding& pictures,
-                 const std::filesystem::path& where) {
+void RequireSame(const CameraBinding& calibration, const CameraBinding& pictures, const std::string& where) {
   std::vector<std::string> camera, settings;
   Compare(calibration.camera, pictures.camera, camera);
   Compare(calibration.settings, pictures.settings, settings);
   if (!camera.empty())
     throw Error(
         fmt::format("the pictures are not by the camera of this calibration: {}", fmt::join(camera, ", ")),
-        where.string(), "Every camera needs a calibration of its own");
+        where, "Every camera needs a calibration of its own");
   if (!settings.empty())
     throw Error(fmt::format("the pictures were taken with other settings than this calibration: {}",
                             fmt::join(settings, ", ")),
-                where.string(), "Calibrate again with the pictures' settings");
+                where, "Calibrate again with the pictures' settings");
 }
 
 }  // namespace polarscan

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -28,8 +27,7 @@ std::string HashOf(const CameraBinding& binding);
 // What differs, in words, "serial 17 instead of 12"; what one of the two does not say does not differ.
 std::vector<std::string> Differences(const CameraBinding& calibration, const CameraBinding& pictures);
 
-// Throws Error that says what differs. where: of the calibration.
-void RequireSame(const CameraBinding& calibration, const CameraBinding& pictures,
-                 const std::filesystem::path& where);
+// Throws Error that says what differs. where: the pictures and the calibration.
+void RequireSame(const CameraBinding& calibration, const CameraBinding& pictures, const std::string& where);
 
 }  // namespace polarscan

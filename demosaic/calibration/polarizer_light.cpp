@@ -41,6 +41,24 @@ void RequireFrames(Eigen::Index frames, bool known) {
               "the turned polarizer", "Take frames evenly over half a turn or a whole one");
 }
 
+double ConditionOf(const Matrix3Xd& stokes) {
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(stokes * stokes.transpose());
+  const Vector3d values = solver.eigenvalues();
+  return values[0] > 1e-12 * values[2] ? std::sqrt(values[2] / values[0]) : 1e6;
+}
+
+void CheckGivenAngles(const PolarizerKnowledge& known, Eigen::Index frames) {
+  RequireFrames(frames, known.angles_deg.has_value());
+  if (!known.angles_deg) return;
+  Matrix3Xd light(3, frames);
+  for (Eigen::Index k = 0; k < frames; ++k) {
+    const double turn = 2 * (*known.angles_deg)[std::size_t(k)] * kRadPerDeg;
+    light.col(k) << 1, std::cos(turn), std::sin(turn);
+  }
+  const double condition = ConditionOf(light);
+  if (!(condition < kWorstCondition)) ThrowAlike(condition);
+}
+
 // Orthonormal 3 x K: the space of the frames' light.
 Matrix3Xd LightSpace(const PolarizerReadings& readings) {
   const MatrixXd gram = (readings.light.transpose() * readings.light).cast<double>();
@@ -168,11 +186,6 @@ double FixZero(const PolarizerReadings& readings, const PolarizerKnowledge& know
   return known.zero_is_known ? 0 : zero_deg;
 }
 
-double ConditionOf(const Matrix3Xd& stokes) {
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(stokes * stokes.transpose());
-  return std::sqrt(solver.eigenvalues()[2] / solver.eigenvalues()[0]);
-}
-
 void CompareAngles(const PolarizerKnowledge& known, PolarizerLight& light) {
   for (std::size_t k = 0; known.angles_deg && k < light.angles_deg.size(); ++k) {
     const double given = (*known.angles_deg)[k];
@@ -189,7 +202,7 @@ void CompareAngles(const PolarizerKnowledge& known, PolarizerLight& light) {
 }  // namespace
 
 PolarizerLight FindPolarizerLight(const PolarizerReadings& readings, const PolarizerKnowledge& known) {
-  RequireFrames(readings.light.cols(), known.angles_deg.has_value());
+  CheckGivenAngles(known, readings.light.cols());
   const Matrix3Xd space = LightSpace(readings);
   const Matrix3d matrix = known.angles_deg ? SolveKnown(space, *known.angles_deg, known.degree)
                                            : SolveUnknown(space, known.degree);

@@ -31,7 +31,8 @@ inline void ExpectError(const std::function<void()>& f, const std::string& words
 struct ImperfectSensor {
   Sensor sensor;
   ResponseMap truth;
-  double noise = 0;  // standard deviation of a sample, of full scale
+  double noise = 0;       // standard deviation of a sample, of full scale
+  Image<float> black_dn;  // of each pixel; empty: the sensor's
 
   // 2 % errors of gain, 1 degree of angle, diattenuation 0.95 to 0.99; 12 bits.
   ImperfectSensor(int width, int height, std::uint64_t seed, const std::string& layout = "90 45 / 135 0") {
@@ -48,6 +49,8 @@ struct ImperfectSensor {
       }
   }
 
+  double Black(int x, int y) const { return black_dn.empty() ? sensor.black_dn : double(black_dn(x, y)); }
+
   // Counts of a scene; `shot` tells the noise of one frame from that of another.
   Image<float> Take(const Scene& scene, std::uint64_t shot = 0) const {
     Image<float> counts(truth.width(), truth.height());
@@ -58,7 +61,7 @@ struct ImperfectSensor {
         Random random(77, shot, std::uint64_t(x), std::uint64_t(y));
         const double light = r.a0 * s.s0 + r.a1 * s.s1 + r.a2 * s.s2 + noise * random.Normal();
         counts(x, y) =
-            float(std::clamp(std::round(sensor.black_dn + light * sensor.RangeDn()), 0.0, sensor.white_dn));
+            float(std::clamp(std::round(Black(x, y) + light * sensor.RangeDn()), 0.0, sensor.white_dn));
       }
     return counts;
   }
