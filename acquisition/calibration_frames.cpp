@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "core/error.h"
 
 namespace polarscan {
@@ -27,6 +29,9 @@ CalibrationFrames FramesOf(std::shared_ptr<const Input> input, bool single) {
   if (input->kind != InputKind::kMosaic)
     throw Error(fmt::format("a calibration needs raw mosaics, these are {}", ToString(input->kind)),
                 input->folder.string());
+  if (!single &&
+      std::ranges::any_of(input->views, [](const InputView& view) { return !view.exposures.empty(); }))
+    throw Error("a calibration needs frames of one exposure each", input->folder.string());
   if (single && input->session) input = std::make_shared<Input>(SplitShots(*input));
   CalibrationFrames frames;
   for (const InputView& view : input->views) frames.names.push_back(view.name);

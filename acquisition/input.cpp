@@ -82,7 +82,8 @@ void SetSensor(Input& input, const InputOptions& options, const Picture& first) 
 }
 
 Picture FirstPicture(const Input& input) {
-  return input.session ? ReadShot(input, input.views[0]) : ReadPicture(input.views[0].files[0]);
+  std::vector<double> exposures;
+  return input.session ? ReadShot(input, input.views[0], exposures)[0] : ReadPicture(input.views[0].files[0]);
 }
 
 bool IsJpeg(const fs::path& path) {
@@ -97,12 +98,21 @@ void AddSessionNotes(Input& input) {
     input.notes.push_back("the session is damaged: " + damage);
 }
 
+// Of a shot's frames; empty if they are all the same (to 1 %) or not known.
+std::vector<double> Exposures(const Session& session, const std::vector<std::size_t>& frames) {
+  std::vector<double> times;
+  for (const std::size_t frame : frames) times.push_back(session.frames[frame].info.exposure_us);
+  const auto [low, high] = std::ranges::minmax(times);
+  const bool known = std::ranges::all_of(times, [](double time) { return time > 0; });
+  return known && high > 1.01 * low ? times : std::vector<double>();
+}
+
 // Damaged frames are left out here, so that what is whole can be used.
 void OpenSessionInput(Input& input) {
   input.kind = InputKind::kMosaic;
   input.session = std::make_shared<Session>(OpenSession(input.folder, Verify::kPayloads));
   for (const SessionView& view : ViewsOf(*input.session))
-    input.views.push_back({view.name, {}, std::nullopt, view.frames});
+    input.views.push_back({view.name, {}, std::nullopt, view.frames, Exposures(*input.session, view.frames)});
   if (input.views.empty()) throw Error("there are no whole frames in this session", input.folder.string());
 }
 
@@ -118,6 +128,8 @@ void AddNotes(Input& input, const InputOptions& options) {
                                       without, input.views.size()));
   if (!input.polarized())
     input.notes.push_back("plain photos: no polarization is known, so stereo goes by the intensity alone");
+  if (!input.views[0].exposures.empty())
+    input.notes.push_back("the views were taken with several exposures, which are merged");
   if (input.session) return AddSessionNotes(input);
   if (input.polarized() && options.gamma <= 0 && IsJpeg(input.views[0].files[0]))
     input.notes.push_back("JPEG pictures are taken as linear in light (--gamma 2.2 if they are not)");

@@ -42,10 +42,13 @@ struct InputView {
   std::vector<std::filesystem::path> files;
   std::optional<std::filesystem::path> mask = {};
   std::vector<std::size_t> frames = {};  // of a session instead of files
+  // Of mosaics that were taken with several exposures: of each file or frame, any unit; empty: one exposure.
+  std::vector<double> exposures = {};
 };
 
 // An INPUT folder understood, with everything that was decided about it. The forms it may have:
 //   mosaic/NAME.png or NAME.png        raw mosaics, grey PNG or TIFF
+//   exposure-500/ exposure-4000/ NAME.*   raw mosaics of several exposures (times in one unit), to be merged
 //   I-00/ I-45/ I-90/ I-135/ NAME.*    pictures behind a polarizer (also 0/ 45/ 90/ 135/), angles
 //   anticlockwise NAME.tif                           S0, S1, S2 (and noise) as float32 pages; flat or in
 //   stokes/ NAME_s0.exr NAME_s1.exr NAME_s2.exr   float EXR or TIFF, grey or colour; flat or in stokes/; or
@@ -83,15 +86,19 @@ nlohmann::json Meaning(const Input& input);
 // The above with folder, counts and notes, for scan.json.
 nlohmann::json ToJson(const Input& input);
 
-// One view's pictures in the order of InputView::files (pages of a Stokes file: one picture each), all of one
-// size.
+// One view's pictures in the order of InputView::files (pages of a Stokes file: one picture each; mosaics of
+// several exposures: one an exposure), all of one size.
 struct LoadedView {
   std::string name;
   std::vector<Picture> pictures;
-  Image<std::uint8_t> mask;  // 0 or 255; empty: none
+  Image<std::uint8_t> mask;            // 0 or 255; empty: none
+  std::vector<double> exposures = {};  // of each picture, where a mosaic has several
 };
 
 // Throws Error if a file is damaged, or its size, channels or depth do not fit the others or the settings.
 LoadedView ReadView(const Input& input, int view);
+
+// A raw mosaic's light: calibrated where there is a calibration, merged where there are several exposures.
+LitMosaic MosaicOf(const Input& input, const LoadedView& view);
 
 }  // namespace polarscan

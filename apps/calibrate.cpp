@@ -120,7 +120,10 @@ void RunFlat(const CalibrateArguments& a, Context& context) {
 }
 
 std::string Describe(const PolarizerCalibration& found, const json& summary) {
-  const auto number = [&](const char* what, const char* of) { return summary[what][of].get<double>(); };
+  const auto number = [&](const char* what, const char* of) {
+    const json& value = summary[what][of];
+    return value.is_number() ? value.get<double>() : 0.0;
+  };
   return fmt::format(
       "{} frames: gain +-{:.2f} %, diattenuation {:.3f} +-{:.3f}, angle {:+.2f} +-{:.2f} degrees, condition "
       "{:.2f}, residual {:.2f} % of full scale, {} defect pixels{}",

@@ -59,6 +59,10 @@ class Corrector {
     return cell;
   }
 
+  bool IsClipped(int x, int y) const {
+    return clipped_(x, y) || clipped_(x + 1, y) || clipped_(x, y + 1) || clipped_(x + 1, y + 1);
+  }
+
   // Fills the one sample that is missing; what became of the missing ones.
   static SampleState Recover(Cell& cell) {
     const int count = cell.Missing();
@@ -72,6 +76,7 @@ class Corrector {
   }
 
   void Correct(int x, int y, LitMosaic& mosaic) const {
+    if (responses_.empty() && !IsClipped(x, y)) return;  // the mosaic holds the light as it is
     Cell cell = Read(x, y);
     const SampleState missing = Recover(cell);
     if (!responses_.empty() && missing != SampleState::kLost) {

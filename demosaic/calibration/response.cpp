@@ -20,7 +20,12 @@ Response MakeResponse(double gain, double diattenuation, double angle_rad) {
           float(polarized * std::sin(2 * angle_rad))};
 }
 
-Response IdealResponse(int angle_deg) { return MakeResponse(1, 1, angle_deg * kRadPerDeg); }
+Response IdealResponse(int angle_deg) {
+  static const std::array<Response, 4> ideal = {MakeResponse(1, 1, 0), MakeResponse(1, 1, 45 * kRadPerDeg),
+                                                MakeResponse(1, 1, 90 * kRadPerDeg),
+                                                MakeResponse(1, 1, 135 * kRadPerDeg)};
+  return ideal[std::size_t(angle_deg / 45)];
+}
 
 ResponseMap IdealResponses(int width, int height, const Layout& layout) {
   const Image<float> zero(width, height);

@@ -253,5 +253,61 @@ TEST_F(Calibrate, ASessionIsCalibratedLikePictures) {
   EXPECT_EQ(RunPolarscan({"calibrate", "dark", dark, "-o", Calibration().string()}).exit_code, kDone);
 }
 
+// Half of the light is too much for the long exposure, and for the short one the rest is nearly dark.
+class SeveralExposures : public testing::Test {
+ protected:
+  static Stokes Scene(int x, int, char) {
+    const double s0 = x < 32 ? 0.004 : 1.6;
+    return {s0, 0.3 * s0, 0.2 * s0};
+  }
+  void Write(const std::string& folder, double time) const {
+    ImperfectSensor camera(64, 48, 1);
+    camera.truth = IdealResponses(64, 48, camera.sensor.layout);
+    const Image<float> counts = camera.Take([time](int x, int y, char colour) {
+      const Stokes s = Scene(x, y, colour);
+      return Stokes{time * s.s0, time * s.s1, time * s.s2};
+    });
+    WritePng(folder_ / "input" / folder / "a.png", ToFile(counts));
+    WriteJson(
+        folder_ / "input/set.json",
+        {{"sensor", {{"layout", "90 45 / 135 0"}, {"bits", 12}, {"black_dn", 60}, {"white_dn", 4095}}}});
+  }
+  Outcome Demosaic(const std::string& input) const {
+    return RunPolarscan({"demosaic", (folder_ / input).string(), "-o", (folder_ / "views").string()});
+  }
+  void ExpectRight() const {
+    const StokesImage view = ReadStokes(folder_ / "views/a.tif");
+    for (const int x : {10, 50}) {
+      EXPECT_NEAR(view.s0(x, 20) / Scene(x, 20, 'm').s0, 1, 0.01) << x;
+      EXPECT_NEAR(view.s1(x, 20) / view.s0(x, 20), 0.3, 0.01) << x;
+      EXPECT_NEAR(view.s2(x, 20) / view.s0(x, 20), 0.2, 0.01) << x;
+      EXPECT_TRUE(std::isfinite(view.noise(x, 20)));
+    }
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(SeveralExposures, InFoldersByTimeAreMergedAndStayTogetherInASession) {
+  Write("exposure-1000", 1), Write("exposure-100000", 100);
+  const Outcome outcome = Demosaic("input");
+  ASSERT_EQ(outcome.exit_code, kDone) << outcome.err;
+  EXPECT_NE(outcome.err.find("several exposures"), std::string::npos) << outcome.err;
+  ExpectRight();
+  const std::string session = (folder_ / "session").string();
+  ASSERT_EQ(RunPolarscan({"import", (folder_ / "input").string(), "-o", session}).exit_code, kDone);
+  ASSERT_EQ(Demosaic("session").exit_code, kDone);
+  ExpectRight();
+  ASSERT_EQ(RunPolarscan({"export", session, "-o", (folder_ / "again").string()}).exit_code, kDone);
+  ASSERT_EQ(Demosaic("again").exit_code, kDone);
+  ExpectRight();
+}
+
+TEST_F(SeveralExposures, AFolderWithoutATimeIsAnError) {
+  Write("exposure-1000", 1), Write("exposure-long", 100);
+  const Outcome outcome = Demosaic("input");
+  EXPECT_EQ(outcome.exit_code, kFailed);
+  EXPECT_NE(outcome.err.find("exposure-500"), std::string::npos) << outcome.err;
+}
+
 }  // namespace
 }  // namespace polarscan::test
