@@ -82,7 +82,8 @@ void SetSensor(Input& input, const InputOptions& options, const Picture& first) 
 }
 
 Picture FirstPicture(const Input& input) {
-  return input.session ? ReadShot(input, input.views[0]) : ReadPicture(input.views[0].files[0]);
+  std::vector<double> exposures;
+  return input.session ? ReadShot(input, input.views[0], exposures)[0] : ReadPicture(input.views[0].files[0]);
 }
 
 bool IsJpeg(const fs::path& path) {
@@ -97,12 +98,21 @@ void AddSessionNotes(Input& input) {
     input.notes.push_back("the session is damaged: " + damage);
 }
 
+// Of a shot's frames; empty if they are all the same (to 1 %) or not known.
+std::vector<double> Exposures(const Session& session, const std::vector<std::size_t>& frames) {
+  std::vector<double> times;
+  for (const std::size_t frame : frames) times.push_back(session.frames[frame].info.exposure_us);
+  const auto [low, high] = std::ranges::minmax(times);
+  const bool known = std::ranges::all_of(times, [](double time) { return time > 0; });
+  return known && high > 1.01 * low ? times : std::vector<double>();
+}
+
 // Damaged frames are left out here, so that what is whole can be used.
 void OpenSessionInput(Input& input) {
   input.kind = InputKind::kMosaic;
   input.session = std::make_shared<Session>(OpenSession(input.folder, Verify::kPayloads));
   for (const SessionView& view : ViewsOf(*input.session))
-    input.views.push_back({view.name, {}, std::nullopt, view.frames});
+    input.views.push_back({view.name, {}, std::nullopt, view.frames, Exposures(*input.session, view.frames)});
   if (input.views.empty()) throw Error("there are no whole frames in this session", input.folder.string());
 }
 
@@ -118,12 +128,32 @@ void AddNotes(Input& input, const InputOptions& options) {
                                       without, input.views.size()));
   if (!input.polarized())
     input.notes.push_back("plain photos: no polarization is known, so stereo goes by the intensity alone");
+  if (!input.views[0].exposures.empty())
+    input.notes.push_back("the views were taken with several exposures, which are merged");
   if (input.session) return AddSessionNotes(input);
   if (input.polarized() && options.gamma <= 0 && IsJpeg(input.views[0].files[0]))
     input.notes.push_back("JPEG pictures are taken as linear in light (--gamma 2.2 if they are not)");
   if (input.kind == InputKind::kRgbAopDop && options.aop_sense == "auto")
     input.notes.push_back(
         "angles of polarization are taken as anticlockwise from +x (--aop-sense clockwise if they are not)");
+}
+
+void SetCalibration(Input& input, std::shared_ptr<const Calibration> calibration) {
+  if (input.kind != InputKind::kMosaic) {
+    if (calibration)
+      throw Error("only raw mosaics can be calibrated", input.folder.string(), "Leave --calibration out");
+    return;
+  }
+  input.binding = BindingOf(input);
+  if (!calibration) return;
+  RequireSame(calibration->binding, input.binding,
+              fmt::format("{} with {}", input.folder.string(), calibration->folder.string()));
+  if (input.sensor.gamma != 1) throw Error("a calibration needs counts that are linear in light", "--gamma");
+  if (!input.binding.camera.contains("serial") || !calibration->binding.camera.contains("serial"))
+    input.notes.push_back(
+        "whether the calibration is this camera's cannot be told: the pictures or the calibration do not say "
+        "a serial number (\"camera\": {\"serial\": ...} in set.json)");
+  input.calibration = std::move(calibration);
 }
 
 }  // namespace
@@ -135,7 +165,9 @@ std::string ToString(InputKind kind) {
 
 Input OpenInput(const fs::path& folder, const InputOptions& given) {
   RequireFolder(folder);
-  const InputOptions options = WithSetJson(given, folder);
+  std::shared_ptr<const Calibration> calibration = FindCalibration(given, folder);
+  const InputOptions options = WithCalibratedSensor(
+      WithSetJson(WithCalibratedNoise(given, calibration.get()), folder), calibration.get());
   Input input;
   input.folder = folder;
   IsSession(folder) ? OpenSessionInput(input) : OpenPictures(input, options);
@@ -146,14 +178,23 @@ Input OpenInput(const fs::path& folder, const InputOptions& given) {
     throw Error("a mosaic's sense of angles is its layout", "--aop-sense clockwise",
                 "Swap 45 and 135 in --layout");
   input.aop_scale = options.aop_scale;
-  SetSensor(input, options, FirstPicture(input));
+  const Picture first = FirstPicture(input);
+  input.width = first.width(), input.height = first.height();
+  SetSensor(input, options, first);
+  SetCalibration(input, std::move(calibration));
   AddNotes(input, options);
   ReadView(input, 0);  // what does not fit together should show now
   return input;
 }
 
+const MosaicCorrection& Input::correction() const {
+  static const MosaicCorrection none;
+  return calibration ? calibration->correction : none;
+}
+
 nlohmann::json Meaning(const Input& input) {
-  return {{"kind", ToString(input.kind)},
+  return {{"calibration", input.calibration ? nlohmann::json(input.calibration->hash) : nlohmann::json()},
+          {"kind", ToString(input.kind)},
           {"sensor", ToJson(input.sensor)},
           {"aop_sense", input.clockwise ? "clockwise" : "anticlockwise"},
           {"aop_scale", input.aop_scale}};

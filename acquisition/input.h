@@ -10,6 +10,7 @@
 #include "acquisition/session/session_reader.h"
 #include "core/image_io.h"
 #include "core/options.h"
+#include "demosaic/calibration/calibration.h"
 #include "demosaic/sensor.h"
 
 namespace polarscan {
@@ -26,6 +27,7 @@ struct InputOptions {
   double gamma = 0;
   std::string aop_sense = "auto";
   std::string aop_scale = "auto";
+  std::string calibration = "";
 };
 OptionTable Table(InputOptions& options);
 
@@ -40,10 +42,13 @@ struct InputView {
   std::vector<std::filesystem::path> files;
   std::optional<std::filesystem::path> mask = {};
   std::vector<std::size_t> frames = {};  // of a session instead of files
+  // Of mosaics that were taken with several exposures: of each file or frame, any unit; empty: one exposure.
+  std::vector<double> exposures = {};
 };
 
 // An INPUT folder understood, with everything that was decided about it. The forms it may have:
 //   mosaic/NAME.png or NAME.png        raw mosaics, grey PNG or TIFF
+//   exposure-500/ exposure-4000/ NAME.*   raw mosaics of several exposures (times in one unit), to be merged
 //   I-00/ I-45/ I-90/ I-135/ NAME.*    pictures behind a polarizer (also 0/ 45/ 90/ 135/), angles
 //   anticlockwise NAME.tif                           S0, S1, S2 (and noise) as float32 pages; flat or in
 //   stokes/ NAME_s0.exr NAME_s1.exr NAME_s2.exr   float EXR or TIFF, grey or colour; flat or in stokes/; or
@@ -56,33 +61,44 @@ struct Input {
   InputKind kind = InputKind::kPhotos;
   std::vector<InputView> views;  // sorted by name
   Sensor sensor;
-  std::shared_ptr<const Session> session;  // where the views are its shots
+  std::shared_ptr<const Session> session;          // where the views are its shots
+  int width = 0, height = 0;                       // of the first view's first picture, px
+  CameraBinding binding;                           // mosaics: by which camera and how, as far as it is known
+  std::shared_ptr<const Calibration> calibration;  // mosaics: or null
   bool clockwise = false;          // the source's angles of polarization run clockwise; Stokes views never do
   std::string aop_scale = "auto";  // of aop/: see the option table
   std::optional<std::filesystem::path> known_model;  // sparse/
   std::vector<std::string> notes;                    // what was assumed, one sentence each, for the user
 
   bool polarized() const { return kind != InputKind::kPhotos; }
+  // What is known about the single pixels; empty without a calibration.
+  const MosaicCorrection& correction() const;
 };
 
-// Throws Error if the folder is missing, empty, incomplete or ambiguous. Opens one view's pictures (more only
+// Throws Error if the folder is missing, empty, incomplete or ambiguous, or the calibration is another
+// camera's. Opens one view's pictures (more only
 // to find out about 16-bit ones); the others are read by ReadView.
 Input OpenInput(const std::filesystem::path& folder, const InputOptions& options);
 
-// {"kind", "sensor", "aop_sense", "aop_scale"}: everything that decides what a view's pictures mean.
+// {"kind", "sensor", "aop_sense", "aop_scale", "calibration"}: everything that decides what a view's pictures
+// mean.
 nlohmann::json Meaning(const Input& input);
 // The above with folder, counts and notes, for scan.json.
 nlohmann::json ToJson(const Input& input);
 
-// One view's pictures in the order of InputView::files (pages of a Stokes file: one picture each), all of one
-// size.
+// One view's pictures in the order of InputView::files (pages of a Stokes file: one picture each; mosaics of
+// several exposures: one an exposure), all of one size.
 struct LoadedView {
   std::string name;
   std::vector<Picture> pictures;
-  Image<std::uint8_t> mask;  // 0 or 255; empty: none
+  Image<std::uint8_t> mask;            // 0 or 255; empty: none
+  std::vector<double> exposures = {};  // of each picture, where a mosaic has several
 };
 
 // Throws Error if a file is damaged, or its size, channels or depth do not fit the others or the settings.
 LoadedView ReadView(const Input& input, int view);
+
+// A raw mosaic's light: calibrated where there is a calibration, merged where there are several exposures.
+LitMosaic MosaicOf(const Input& input, const LoadedView& view);
 
 }  // namespace polarscan

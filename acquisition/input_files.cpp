@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 
 #include "core/error.h"
 #include "core/image_io.h"
@@ -60,6 +61,22 @@ std::map<int, fs::path> AngleFolders(const fs::path& folder) {
       throw Error(fmt::format("two folders hold the angle {}", angle), folder.string(), "Remove one of them");
   }
   return angles;
+}
+
+std::map<double, fs::path> ExposureFolders(const fs::path& folder) {
+  std::map<double, fs::path> exposures;
+  for (const auto& [name, path] : ListFolders(folder)) {
+    if (!name.starts_with("exposure-") && !name.starts_with("exposure_")) continue;
+    double time = 0;
+    const char* end = name.data() + name.size();
+    const auto [at, error] = std::from_chars(name.data() + 9, end, time);
+    if (error != std::errc() || at != end || !(time > 0))
+      throw Error("the folder's name has no exposure time", path.string(), "Name it like exposure-500");
+    if (!exposures.emplace(time, path).second)
+      throw Error(fmt::format("two folders hold the exposure {:g}", time), folder.string(),
+                  "Remove one of them");
+  }
+  return exposures;
 }
 
 int StokesComponent(const std::string& stem) {

@@ -18,6 +18,9 @@ std::map<std::string, std::filesystem::path> ListFolders(const std::filesystem::
 // angle.
 std::map<int, std::filesystem::path> AngleFolders(const std::filesystem::path& folder);
 
+// The folders named after exposure times, exposure-500 or exposure_0.5, by time.
+std::map<double, std::filesystem::path> ExposureFolders(const std::filesystem::path& folder);
+
 // 0, 1, 2 if the stem ends in _s0, _s1, _s2 (or -s0, .s0; any case); -1 otherwise.
 int StokesComponent(const std::string& stem);
 bool HoldStokesComponents(const PictureFiles& files);

@@ -97,11 +97,23 @@ std::vector<InputView> ListIn(const fs::path& folder, const std::vector<std::str
   return ListFlat(ListPictures(folder));
 }
 
+std::vector<InputView> ListMosaics(const fs::path& folder) {
+  const std::map<double, fs::path> exposures = ExposureFolders(folder);
+  if (exposures.empty()) return ListIn(folder, {"mosaic"});
+  std::vector<fs::path> folders;
+  std::vector<double> times;
+  for (const auto& [time, path] : exposures) folders.push_back(path), times.push_back(time);
+  std::vector<InputView> views = JoinFolders(folders, folder);
+  if (times.size() > 1)
+    for (InputView& view : views) view.exposures = times;
+  return views;
+}
+
 }  // namespace
 
 std::vector<InputView> ListViews(const fs::path& folder, InputKind kind) {
   std::vector<InputView> views;
-  if (kind == InputKind::kMosaic) views = ListIn(folder, {"mosaic"});
+  if (kind == InputKind::kMosaic) views = ListMosaics(folder);
   if (kind == InputKind::kAngles) views = ListAngles(folder);
   if (kind == InputKind::kStokes) views = ListStokes(folder);
   if (kind == InputKind::kPhotos) views = ListIn(folder, {"photos", "images"});

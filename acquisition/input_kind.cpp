@@ -49,7 +49,7 @@ InputKind RecognizeKind(const fs::path& folder, const InputOptions& options) {
   if (options.kind != "auto") return KindOf(options.kind);
   const auto folders = ListFolders(folder);
   std::vector<InputKind> kinds;
-  if (folders.contains("mosaic")) kinds.push_back(InputKind::kMosaic);
+  if (folders.contains("mosaic") || !ExposureFolders(folder).empty()) kinds.push_back(InputKind::kMosaic);
   if (AngleFolders(folder).size() >= 2) kinds.push_back(InputKind::kAngles);
   if (folders.contains("stokes") || (folders.contains("s0") && folders.contains("s1")))
     kinds.push_back(InputKind::kStokes);

@@ -69,6 +69,16 @@ void FillFromSet(const Reader& set, InputOptions& options) {
   if (options.aop_scale == "auto") options.aop_scale = set.Text("aop_scale").value_or("auto");
 }
 
+// session.json or set.json; an empty object if there is neither.
+json JsonOf(const std::filesystem::path& folder) {
+  for (const char* name : {"session.json", "set.json"})
+    if (std::filesystem::exists(folder / name)) {
+      const json value = ReadJson(folder / name);
+      return value.is_object() ? value : json::object();
+    }
+  return json::object();
+}
+
 }  // namespace
 
 OptionTable Table(InputOptions& o) {
@@ -129,7 +139,55 @@ OptionTable Table(InputOptions& o) {
            "Values in aop/: half-turn (full scale = 180 degrees), degrees, radians; auto: as set.json says, "
            "else half-turn for 8 and 16 bits, radians for floating point",
        .choices = {"auto", "half-turn", "degrees", "radians"}},
+      {.name = "calibration",
+       .value = &o.calibration,
+       .help = "Folder made by polarscan calibrate for this camera and its settings: corrects every pixel of "
+               "raw mosaics; empty: as set.json says, else none"},
   };
+}
+
+std::shared_ptr<const Calibration> FindCalibration(const InputOptions& options,
+                                                   const std::filesystem::path& folder) {
+  std::filesystem::path path = options.calibration;
+  if (path.empty()) {
+    const json set = JsonOf(folder);
+    if (!set.contains("sensor") || !set["sensor"].is_object()) return nullptr;
+    const std::optional<std::string> named = Reader(set["sensor"], folder).Text("calibration");
+    if (!named || named->empty()) return nullptr;
+    path = folder / *named;
+  }
+  return std::make_shared<Calibration>(ReadCalibration(path));
+}
+
+InputOptions WithCalibratedNoise(InputOptions options, const Calibration* calibration) {
+  if (!calibration || calibration->sensor.dn_per_e <= 0) return options;
+  if (options.gain <= 0) options.gain = calibration->sensor.dn_per_e;
+  if (options.read_noise < 0) options.read_noise = calibration->sensor.read_noise_e;
+  return options;
+}
+
+InputOptions WithCalibratedSensor(InputOptions options, const Calibration* calibration) {
+  if (!calibration) return options;
+  const Sensor& sensor = calibration->sensor;
+  if (options.layout.empty()) options.layout = ToString(sensor.layout);
+  if (options.bits == 0) options.bits = sensor.bits;
+  if (options.black_level < 0) options.black_level = sensor.black_dn;
+  if (options.white_level <= 0) options.white_level = sensor.white_dn;
+  return options;
+}
+
+CameraBinding BindingOf(const Input& input) {
+  const json set = JsonOf(input.folder);
+  json settings = set.value("settings", json::object());
+  if (!settings.is_object()) settings = json::object();
+  if (input.session && !settings.contains("Gain"))  // NaN, where it is not known, becomes null
+    settings["Gain"] = input.session->frames[input.views[0].frames[0]].info.gain_db;
+  if (settings.contains("Gain") && settings["Gain"].is_number_float() &&
+      std::isnan(settings["Gain"].get<double>()))
+    settings.erase("Gain");
+  json camera = set.value("camera", json::object());
+  if (camera.is_object() && camera.value("model", json()) == "pictures") camera.erase("model");  // imported
+  return MakeBinding(camera, settings, input.width, input.height, input.sensor.layout, input.sensor.bits);
 }
 
 InputOptions WithSetJson(InputOptions options, const std::filesystem::path& folder) {

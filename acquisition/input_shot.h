@@ -4,7 +4,8 @@
 
 namespace polarscan {
 
-// A view of a session as a picture: counts of 8 bits, or of more in 16. Throws Error as MedianCounts does.
-Picture ReadShot(const Input& input, const InputView& view);
+// A view of a session as pictures: counts of 8 bits, or of more in 16; one picture, or one an exposure where
+// the shot has several (its times in `exposures`). Throws Error as MedianCounts does.
+std::vector<Picture> ReadShot(const Input& input, const InputView& view, std::vector<double>& exposures);
 
 }  // namespace polarscan

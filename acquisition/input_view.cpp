@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cctype>
+#include <map>
 
 #include "acquisition/input.h"
 #include "acquisition/input_shot.h"
 #include "acquisition/session/session_views.h"
 #include "core/error.h"
+#include "demosaic/hdr.h"
 #include "demosaic/pixel_format.h"
 
 namespace polarscan {
@@ -28,8 +30,9 @@ std::vector<Picture> ReadPages(const fs::path& path) {
   return pictures;
 }
 
-std::vector<Picture> ReadPictures(const Input& input, const InputView& view) {
-  if (input.session) return {ReadShot(input, view)};
+std::vector<Picture> ReadPictures(const Input& input, const InputView& view, std::vector<double>& exposures) {
+  if (input.session) return ReadShot(input, view, exposures);
+  exposures = view.exposures;
   if (input.kind == InputKind::kStokes && view.files.size() == 1) return ReadPages(view.files[0]);
   std::vector<Picture> pictures;
   for (const fs::path& file : view.files) pictures.push_back(ReadPicture(file));
@@ -89,18 +92,36 @@ fs::path PathOf(const Input& input, const InputView& view, std::size_t picture) 
 
 }  // namespace
 
-Picture ReadShot(const Input& input, const InputView& view) {
-  Picture picture;
-  picture.planes.push_back(MedianCounts(*input.session, {view.name, view.frames}));
-  const std::string& format = input.session->frames[view.frames[0]].info.pixel_format;
-  picture.bits = ParsePixelFormat(format).bits == 8 ? 8 : 16;
-  picture.full_scale = picture.bits == 8 ? 255 : 65535;
-  return picture;
+std::vector<Picture> ReadShot(const Input& input, const InputView& view, std::vector<double>& exposures) {
+  std::map<double, std::vector<std::size_t>> by_exposure;
+  for (std::size_t i = 0; i < view.frames.size(); ++i)
+    by_exposure[view.exposures.empty() ? 0 : view.exposures[i]].push_back(view.frames[i]);
+  std::vector<Picture> pictures;
+  for (const auto& [exposure, frames] : by_exposure) {
+    Picture picture;
+    picture.planes.push_back(MedianCounts(*input.session, {view.name, frames}));
+    const std::string& format = input.session->frames[frames[0]].info.pixel_format;
+    picture.bits = ParsePixelFormat(format).bits == 8 ? 8 : 16;
+    picture.full_scale = picture.bits == 8 ? 255 : 65535;
+    pictures.push_back(std::move(picture));
+    if (!view.exposures.empty()) exposures.push_back(exposure);
+  }
+  return pictures;
+}
+
+LitMosaic MosaicOf(const Input& input, const LoadedView& view) {
+  if (view.exposures.empty())
+    return ToLitMosaic(view.pictures[0].planes[0], input.sensor, input.correction());
+  std::vector<Exposure> exposures;
+  for (std::size_t i = 0; i < view.pictures.size(); ++i)
+    exposures.push_back({view.pictures[i].planes[0], view.exposures[i]});
+  return MergeExposures(exposures, input.sensor, input.correction());
 }
 
 LoadedView ReadView(const Input& input, int index) {
   const InputView& view = input.views[std::size_t(index)];
-  LoadedView loaded{view.name, ReadPictures(input, view), {}};
+  LoadedView loaded{view.name, {}, {}};
+  loaded.pictures = ReadPictures(input, view, loaded.exposures);
   for (std::size_t i = 0; i < loaded.pictures.size(); ++i)
     CheckPicture(input, PathOf(input, view, i), loaded.pictures[i]);
   CheckAgreement(input, view, loaded.pictures);

@@ -27,11 +27,9 @@ struct Arguments {
 };
 
 // What a camera may not say about itself, by the options' names and their keys in "sensor".
-const std::map<std::string, std::string> kSensorKeys = {{"layout", "layout"},
-                                                        {"black-level", "black_dn"},
-                                                        {"white-level", "white_dn"},
-                                                        {"gain", "dn_per_e"},
-                                                        {"read-noise", "read_noise_e"}};
+const std::map<std::string, std::string> kSensorKeys = {
+    {"layout", "layout"}, {"black-level", "black_dn"},    {"white-level", "white_dn"},
+    {"gain", "dn_per_e"}, {"read-noise", "read_noise_e"}, {"calibration", "calibration"}};
 
 OptionTable SensorTable(InputOptions& options) {
   OptionTable table = Table(options);
@@ -44,6 +42,9 @@ nlohmann::json GivenSensor(const CLI::App& command, InputOptions& options) {
   const nlohmann::json given = GivenOptions(command, SensorTable(options));
   for (const auto& [name, value] : given.items()) sensor[kSensorKeys.at(name)] = value;
   if (sensor.contains("layout")) sensor["layout"] = ToString(ParseLayout(sensor["layout"]));
+  if (sensor.contains("calibration"))
+    sensor["calibration"] =
+        ReadCalibration(std::filesystem::absolute(sensor["calibration"].get<std::string>())).folder.string();
   return sensor;
 }
 

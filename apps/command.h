@@ -43,6 +43,7 @@ nlohmann::json GivenOptions(const CLI::App& command, const OptionTable& table);
 //   }
 //
 // Errors are thrown (polarscan::Error, Cancelled); main.cpp turns them into messages and exit codes.
+void AddCalibrateCommand(CLI::App& app, Context& context);
 void AddCamerasCommand(CLI::App& app, Context& context);
 void AddCaptureCommand(CLI::App& app, Context& context);
 void AddCheckCommand(CLI::App& app, Context& context);

@@ -62,6 +62,7 @@ void AddCommands(CLI::App& app, Context& context) {
   AddSimulateCommand(app, context);
   AddCamerasCommand(app, context);
   AddCaptureCommand(app, context);
+  AddCalibrateCommand(app, context);
   AddCheckCommand(app, context);
   AddImportCommand(app, context);
   AddExportCommand(app, context);

@@ -17,9 +17,29 @@ PolarView EmptyView(int width, int height) {
   return {{zero, zero, zero, zero}, {}};
 }
 
-void MarkInvalid(StokesImage& image, const Image<std::uint8_t>& clipped) {
-  for (std::size_t i = 0; i < clipped.size(); ++i)
-    if (clipped.pixels()[i]) image.noise.pixels()[i] = kInfinity;
+void MarkInvalid(StokesImage& image, const Image<std::uint8_t>& marks) {
+  for (std::size_t i = 0; i < marks.size(); ++i)
+    if (marks.pixels()[i]) image.noise.pixels()[i] = kInfinity;
+}
+
+Image<std::uint8_t> Marks(const Image<SampleState>& state, SampleState wanted) {
+  Image<std::uint8_t> marks(state.width(), state.height());
+  for (std::size_t i = 0; i < marks.size(); ++i) marks.pixels()[i] = state.pixels()[i] == wanted ? 1 : 0;
+  return marks;
+}
+
+// Noise that the picture itself tells. What was recovered fulfils I0 + I90 = I45 + I135 by construction, so
+// it must not count.
+NoiseModel EstimateFrom(const StokesImage& image, const Image<float>& redundancy, int lag,
+                        const Image<std::uint8_t>& recovered) {
+  StokesImage measured = image;
+  MarkInvalid(measured, recovered);
+  return EstimateNoise(measured, redundancy, lag);
+}
+
+void RaiseNoise(StokesImage& image, const Image<std::uint8_t>& recovered) {
+  for (std::size_t i = 0; i < recovered.size(); ++i)
+    if (recovered.pixels()[i]) image.noise.pixels()[i] *= kRecoveredNoise;
 }
 
 // Floating-point files may hold NaN or infinity where they know nothing.
@@ -38,6 +58,12 @@ void SetNoise(StokesImage& image, const NoiseModel& model, double gain = 1) {
     for (int x = 0; x < image.s0.width(); ++x)
       if (std::isfinite(image.noise(x, y))) image.noise(x, y) = float(gain) * model.Sigma(image.s0(x, y) / 2);
   });
+}
+
+// The same for samples whose own noise is known.
+void SetNoise(StokesImage& image, const Image<float>& samples, double gain) {
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    if (std::isfinite(image.noise.pixels()[i])) image.noise.pixels()[i] = float(gain) * samples.pixels()[i];
 }
 
 // Rounding to whole counts is always there, also where too flat a picture shows none.
@@ -80,6 +106,22 @@ PolarView Combine(const std::vector<AnglePlanes>& colours, Image<float>& redunda
   return view;
 }
 
+// Of one colour behind the four polarizers; the worst state of all colours stays.
+void Recover(const std::array<const Picture*, 4>& pictures, std::size_t colour, const Sensor& sensor,
+             AnglePlanes& planes, Image<SampleState>& state) {
+  if (!sensor.clips) return;
+  for (std::size_t i = 0; i < state.size(); ++i) {
+    std::array<float, 4> light{};
+    std::array<bool, 4> clipped{};
+    for (std::size_t a = 0; a < 4; ++a) {
+      light[a] = planes[a].pixels()[i];
+      clipped[a] = pictures[a]->planes[colour].pixels()[i] >= float(sensor.white_dn);
+    }
+    state.pixels()[i] = std::max(state.pixels()[i], RecoverClipped(light, clipped));
+    for (std::size_t a = 0; a < 4; ++a) planes[a].pixels()[i] = light[a];
+  }
+}
+
 Image<float> Mean(const std::vector<Image<float>>& planes) {
   Image<float> mean(planes[0].width(), planes[0].height());
   for (const Image<float>& plane : planes)
@@ -101,34 +143,47 @@ void SetIntensity(const Picture& picture, const Sensor& sensor, PolarView& view)
 
 }  // namespace
 
-PolarView ViewFromMosaic(const Image<float>& counts, const Sensor& sensor, const DemosaicMethod& method) {
+PolarView ViewFromMosaic(const Image<float>& counts, const Sensor& sensor, const DemosaicMethod& method,
+                         const MosaicCorrection& correction) {
+  return ViewFromLight(ToLitMosaic(counts, sensor, correction), sensor, method);
+}
+
+PolarView ViewFromLight(const LitMosaic& mosaic, const Sensor& sensor, const DemosaicMethod& method) {
   Image<float> redundancy;
-  PolarView view = Combine(method.interpolate(ToLight(counts, sensor), sensor.layout), redundancy);
+  PolarView view = Combine(method.interpolate(mosaic.light, sensor.layout), redundancy);
   const int reach = method.Reach(sensor.layout);
-  MarkInvalid(view.stokes, ClippedNear(counts, sensor, reach));
+  MarkInvalid(view.stokes, Grown(Marks(mosaic.state, SampleState::kLost), reach));
+  const Image<std::uint8_t> recovered = Grown(Marks(mosaic.state, SampleState::kRecovered), reach);
   const double gain = method.NoiseGain(sensor.layout);
-  if (sensor.dn_per_e > 0 && sensor.gamma == 1) {
+  if (!mosaic.noise.empty()) {
+    SetNoise(view.stokes, mosaic.noise, gain);
+  } else if (sensor.dn_per_e > 0 && sensor.gamma == 1) {
     SetNoise(view.stokes, SensorNoise(sensor), gain);
   } else {
-    const NoiseModel model = EstimateNoise(view.stokes, redundancy, 2 * reach);
+    const NoiseModel model = EstimateFrom(view.stokes, redundancy, 2 * reach, recovered);
     SetNoise(view.stokes, WithRounding(model, gain * sensor.QuantizationNoise()));
   }
+  RaiseNoise(view.stokes, recovered);
   return view;
 }
 
 PolarView ViewFromAngles(const std::array<const Picture*, 4>& pictures, const Sensor& sensor) {
   std::vector<AnglePlanes> colours(pictures[0]->planes.size());
-  for (std::size_t c = 0; c < colours.size(); ++c)
+  Image<SampleState> state(pictures[0]->width(), pictures[0]->height(), SampleState::kMeasured);
+  for (std::size_t c = 0; c < colours.size(); ++c) {
     for (std::size_t a = 0; a < 4; ++a) colours[c][a] = ToLight(pictures[a]->planes[c], sensor);
+    Recover(pictures, c, sensor, colours[c], state);
+  }
   Image<float> redundancy;
   PolarView view = Combine(colours, redundancy);
   MarkNonFinite(view.stokes);
-  for (const Picture* picture : pictures)
-    for (const Image<float>& plane : picture->planes) MarkInvalid(view.stokes, ClippedNear(plane, sensor, 0));
+  MarkInvalid(view.stokes, Marks(state, SampleState::kLost));
+  const Image<std::uint8_t> recovered = Marks(state, SampleState::kRecovered);
   const bool known = sensor.dn_per_e > 0 && sensor.gamma == 1;
-  const NoiseModel model = known ? SensorNoise(sensor) : EstimateNoise(view.stokes, redundancy, 1);
+  const NoiseModel model = known ? SensorNoise(sensor) : EstimateFrom(view.stokes, redundancy, 1, recovered);
   SetNoise(view.stokes, WithRounding(model, sensor.QuantizationNoise()),
            known ? 1 / std::sqrt(double(colours.size())) : 1);
+  RaiseNoise(view.stokes, recovered);
   return view;
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/image_io.h"
+#include "demosaic/lit_mosaic.h"
 #include "demosaic/method.h"
 #include "demosaic/sensor.h"
 #include "demosaic/stokes.h"
@@ -18,8 +19,13 @@ struct PolarView {
   std::vector<Image<float>> colour_s0;  // empty or three
 };
 
-// From one raw mosaic, counts as stored.
-PolarView ViewFromMosaic(const Image<float>& counts, const Sensor& sensor, const DemosaicMethod& method);
+// From one raw mosaic, counts as stored. A clipped sample alone in its cell is recovered from the other
+// three, and its surroundings get kRecoveredNoise times the noise; more than one make theirs invalid.
+PolarView ViewFromMosaic(const Image<float>& counts, const Sensor& sensor, const DemosaicMethod& method,
+                         const MosaicCorrection& correction = {});
+
+// From light behind ideal polarizers.
+PolarView ViewFromLight(const LitMosaic& mosaic, const Sensor& sensor, const DemosaicMethod& method);
 
 // From pictures behind polarizers at 0, 45, 90, 135 degrees, grey or colour, all of one size.
 PolarView ViewFromAngles(const std::array<const Picture*, 4>& pictures, const Sensor& sensor);

@@ -43,20 +43,36 @@ Image<float> ToLight(const Image<float>& counts, const Sensor& sensor) {
   return light;
 }
 
-Image<std::uint8_t> ClippedNear(const Image<float>& counts, const Sensor& sensor, int reach) {
-  const int width = counts.width(), height = counts.height();
-  Image<std::uint8_t> rows(width, height), clipped(width, height);
-  if (!sensor.clips) return clipped;
-  ParallelFor(0, height, [&](int y) {
-    for (int x = 0; x < width; ++x) clipped(x, y) = counts(x, y) >= float(sensor.white_dn) ? 1 : 0;
-    GrowRow(clipped.row(y), width, reach, rows.row(y));
+Image<float> ToLight(const Image<float>& counts, const Sensor& sensor, const Image<float>& black_dn) {
+  if (black_dn.empty()) return ToLight(counts, sensor);
+  Image<float> light(counts.width(), counts.height());
+  const float scale = float(1 / sensor.RangeDn());
+  ParallelFor(0, counts.height(), [&](int y) {
+    for (int x = 0; x < counts.width(); ++x) light(x, y) = (counts(x, y) - black_dn(x, y)) * scale;
   });
-  ParallelFor(0, height, [&](int y) {
-    std::fill_n(clipped.row(y), width, std::uint8_t(0));
-    for (int k = std::max(0, y - reach); k <= std::min(height - 1, y + reach); ++k)
-      for (int x = 0; x < width; ++x) clipped(x, y) |= rows(x, k);
+  return light;
+}
+
+Image<std::uint8_t> Clipped(const Image<float>& counts, const Sensor& sensor) {
+  Image<std::uint8_t> clipped(counts.width(), counts.height());
+  if (!sensor.clips) return clipped;
+  const float white = float(sensor.white_dn);
+  ParallelFor(0, counts.height(), [&](int y) {
+    for (int x = 0; x < counts.width(); ++x) clipped(x, y) = counts(x, y) >= white ? 1 : 0;
   });
   return clipped;
+}
+
+Image<std::uint8_t> Grown(Image<std::uint8_t> marks, int reach) {
+  const int width = marks.width(), height = marks.height();
+  Image<std::uint8_t> rows(width, height);
+  ParallelFor(0, height, [&](int y) { GrowRow(marks.row(y), width, reach, rows.row(y)); });
+  ParallelFor(0, height, [&](int y) {
+    std::fill_n(marks.row(y), width, std::uint8_t(0));
+    for (int k = std::max(0, y - reach); k <= std::min(height - 1, y + reach); ++k)
+      for (int x = 0; x < width; ++x) marks(x, y) |= rows(x, k);
+  });
+  return marks;
 }
 
 }  // namespace polarscan

@@ -28,8 +28,13 @@ nlohmann::json ToJson(const Sensor& sensor);
 
 // Counts to light. Counts below black give negative light: cutting them off would bias S0 and the noise.
 Image<float> ToLight(const Image<float>& counts, const Sensor& sensor);
+// The same with a black level of each pixel's own; empty: as above. Needs gamma 1.
+Image<float> ToLight(const Image<float>& counts, const Sensor& sensor, const Image<float>& black_dn);
 
-// 1 where a sample within `reach` pixels (a square) is clipped.
-Image<std::uint8_t> ClippedNear(const Image<float>& counts, const Sensor& sensor, int reach);
+// 1 where a sample is clipped.
+Image<std::uint8_t> Clipped(const Image<float>& counts, const Sensor& sensor);
+
+// 1 where a mark that is not 0 lies within `reach` pixels (a square).
+Image<std::uint8_t> Grown(Image<std::uint8_t> marks, int reach);
 
 }  // namespace polarscan

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "demosaic/stokes.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -8,6 +10,40 @@
 #include "core/image_io.h"
 
 namespace polarscan {
+namespace {
+
+constexpr float kAopTableEnd = 8;  // degree / noise: beyond it the simple law is right to 1 %
+constexpr std::size_t kAopTableSteps = 128;
+
+// Density of an angle's error for this ratio of true degree and noise; error in (-pi/2, pi/2).
+double AopDensity(double error_rad, double ratio) {
+  const double eta = ratio / std::numbers::sqrt2 * std::cos(2 * error_rad);
+  const double root_pi = std::sqrt(std::numbers::pi);
+  return (std::exp(-ratio * ratio / 2) / root_pi +
+          eta * std::exp(eta * eta - ratio * ratio / 2) * (1 + std::erf(eta))) /
+         root_pi;
+}
+
+// Standard deviation by Simpson's rule.
+double AopNoise(double ratio) {
+  constexpr int kSteps = 512;
+  const double step = std::numbers::pi / 2 / kSteps;
+  double sum = 0;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double weight = i == 0 || i == kSteps ? 1 : i % 2 ? 4 : 2;
+    sum += weight * (i * step) * (i * step) * AopDensity(i * step, ratio);
+  }
+  return std::sqrt(2 * sum * step / 3);
+}
+
+std::array<float, kAopTableSteps + 1> AopNoiseTable() {
+  std::array<float, kAopTableSteps + 1> table{};
+  for (std::size_t i = 0; i <= kAopTableSteps; ++i)
+    table[i] = float(AopNoise(double(i) * kAopTableEnd / kAopTableSteps));
+  return table;
+}
+
+}  // namespace
 
 float AngleOfPolarization(float s1, float s2) {
   constexpr float kPi = std::numbers::pi_v<float>;
@@ -21,6 +57,24 @@ float DegreeOfPolarization(float s0, float s1, float s2) {
 }
 
 float DegreeOfPolarizationNoise(float s0, float sigma) { return std::numbers::sqrt2_v<float> * sigma / s0; }
+
+float DebiasedDegreeOfPolarization(float degree, float sigma) {
+  if (degree <= 0) return 0;
+  if (!(sigma > 0)) return degree;
+  const float ratio = degree / sigma;
+  return degree - sigma / (2 * ratio) * -std::expm1(-ratio * ratio);
+}
+
+float AngleOfPolarizationNoise(float degree, float sigma) {
+  static const std::array<float, kAopTableSteps + 1> table = AopNoiseTable();
+  if (!(sigma > 0)) return 0;
+  const float ratio = std::max(0.0f, degree / sigma);
+  if (!(ratio < kAopTableEnd)) return 1 / (2 * ratio);
+  const float at = ratio * float(kAopTableSteps) / kAopTableEnd;
+  const auto below = std::size_t(at);
+  const float share = at - float(below);
+  return (1 - share) * table[below] + share * table[below + 1];
+}
 
 void WriteStokes(const std::filesystem::path& path, const StokesImage& image) {
   WriteFloatTiff(path, {&image.s0, &image.s1, &image.s2, &image.noise});

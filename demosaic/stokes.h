@@ -27,6 +27,16 @@ float DegreeOfPolarization(float s0, float s1, float s2);
 // / S0.
 float DegreeOfPolarizationNoise(float s0, float sigma);
 
+// The measured degree is too high where there is noise: it is never negative. Less its bias, smooth, above 0
+// and right in the mean to 3 % where it is more than twice its noise (MAS estimator: Plaszczynski et al.,
+// MNRAS 439:4048, 2014): p - sigma^2 / (2 p) (1 - exp(-p^2 / sigma^2)). sigma: of the degree, as above.
+float DebiasedDegreeOfPolarization(float degree, float sigma);
+
+// Standard deviation of the angle of polarization in radians, where the true degree is `degree` and its noise
+// `sigma`: sigma / (2 degree) where that is small, pi / sqrt(12) (every angle alike) without polarization; in
+// between by the angle's exact distribution (Naghizadeh-Khouei and Clarke, A&A 274:968, 1993).
+float AngleOfPolarizationNoise(float degree, float sigma);
+
 // A Stokes view file: a TIFF with four float32 pages S0, S1, S2, noise.
 void WriteStokes(const std::filesystem::path& path, const StokesImage& image);
 StokesImage ReadStokes(const std::filesystem::path& path);

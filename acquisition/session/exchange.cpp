@@ -30,12 +30,14 @@ PixelFormat FormatFor(const Sensor& sensor) {
   return ParsePixelFormat(family + "16");
 }
 
-Frame FrameOf(const LoadedView& view, const PixelFormat& format, std::uint64_t number) {
-  const Image<float>& plane = view.pictures[0].planes[0];
+Frame FrameOf(const LoadedView& view, std::size_t picture, const PixelFormat& format, std::uint64_t sequence,
+              std::uint64_t shot) {
+  const Image<float>& plane = view.pictures[picture].planes[0];
   Image<std::uint16_t> counts(plane.width(), plane.height());
   for (std::size_t i = 0; i < counts.size(); ++i) counts.pixels()[i] = std::uint16_t(plane.pixels()[i]);
   Frame frame;
-  frame.info.sequence = frame.info.shot = number;
+  frame.info.sequence = sequence, frame.info.shot = shot;
+  if (!view.exposures.empty()) frame.info.exposure_us = view.exposures[picture];
   frame.info.name = view.name;
   frame.info.pixel_format = format.name;
   frame.info.width = counts.width(), frame.info.height = counts.height();
@@ -55,23 +57,36 @@ nlohmann::json SensorJson(const Sensor& sensor) {
 void WriteFrames(const Input& input, const fs::path& folder, Progress& progress) {
   SessionInfo info = NewSessionInfo();
   info.camera = ToJson(CameraInfo{"import:" + input.folder.string(), "", "pictures", ""});
+  info.camera.update(input.binding.camera);
+  info.settings = input.binding.settings;
   info.sensor = SensorJson(input.sensor);
+  if (input.calibration) info.sensor["calibration"] = fs::absolute(input.calibration->folder).string();
   SessionWriter writer(folder, info, kSegmentBytes);
   const PixelFormat format = FormatFor(input.sensor);
   FrameCounts counts;
   progress.Begin("importing", input.views.size(), "picture");
   for (std::size_t i = 0; i < input.views.size(); ++i) {
     progress.Check();
-    const Frame frame = FrameOf(ReadView(input, int(i)), format, i);
-    writer.Append(frame);
-    ++counts.stored;
-    counts.bytes += frame.payload.size();
+    const LoadedView view = ReadView(input, int(i));
+    for (std::size_t k = 0; k < view.pictures.size(); ++k) {
+      const Frame frame = FrameOf(view, k, format, counts.stored, i);
+      writer.Append(frame);
+      ++counts.stored;
+      counts.bytes += frame.payload.size();
+    }
     progress.Advance();
   }
   for (const char* part : {"masks", "sparse"})
     if (fs::is_directory(input.folder / part))
       fs::copy(input.folder / part, folder / part, fs::copy_options::recursive);
   writer.Close(counts);
+}
+
+bool HasSeveralExposures(const Session& session, const SessionView& view) {
+  const auto time = [&](std::size_t frame) { return session.frames[frame].info.exposure_us; };
+  return std::ranges::any_of(view.frames, [&](std::size_t frame) {
+    return time(frame) > 1.01 * time(view.frames[0]) || time(view.frames[0]) > 1.01 * time(frame);
+  });
 }
 
 void WriteCounts(const fs::path& path, const Image<std::uint16_t>& counts) {
@@ -107,15 +122,28 @@ std::size_t ExportSession(const Session& session, const fs::path& folder, const 
                           Progress& progress) {
   RequireNewSessionFolder(folder);
   progress.Begin("exporting", session.frames.size(), "frame");
-  for (const SessionView& view : ViewsOf(session))
+  const std::vector<SessionView> views = ViewsOf(session);
+  const bool several =
+      std::ranges::any_of(views, [&](const auto& view) { return HasSeveralExposures(session, view); });
+  for (const SessionView& view : views)
     for (std::size_t i = 0; i < view.frames.size(); ++i) {
       progress.Check();
-      const std::string name = view.frames.size() == 1 ? view.name : fmt::format("{}-{}", view.name, i);
+      const FrameInfo& info = session.frames[view.frames[i]].info;
+      const auto same = std::size_t(
+          std::count_if(view.frames.begin(), view.frames.begin() + std::ptrdiff_t(i), [&](std::size_t frame) {
+            return !several || session.frames[frame].info.exposure_us == info.exposure_us;
+          }));
+      const bool alone = several ? same == 0 : view.frames.size() == 1;
+      const std::string name = alone ? view.name : fmt::format("{}-{}", view.name, same);
       const Image<std::uint16_t> counts = Counts(ReadFrame(session, view.frames[i]));
-      WriteCounts(folder / "mosaic" / (name + "." + extension), counts);
+      const std::string subfolder = several ? fmt::format("exposure-{}", info.exposure_us) : "mosaic";
+      WriteCounts(folder / subfolder / (name + "." + extension), counts);
       progress.Advance();
     }
-  WriteJson(folder / "set.json", {{"input_kind", "mosaic"}, {"sensor", SensorOf(session)}});
+  WriteJson(folder / "set.json", {{"input_kind", "mosaic"},
+                                  {"sensor", SensorOf(session)},
+                                  {"camera", session.info.camera},
+                                  {"settings", session.info.settings}});
   return session.frames.size();
 }
 
@@ -129,7 +157,7 @@ std::size_t ExportAngles(const Input& input, const DemosaicMethod& method, const
   for (std::size_t i = 0; i < input.views.size(); ++i) {
     progress.Check();
     const LoadedView view = ReadView(input, int(i));
-    const Image<float> light = ToLight(view.pictures[0].planes[0], input.sensor);
+    const Image<float> light = MosaicOf(input, view).light;
     const AnglePlanes planes = method.interpolate(light, input.sensor.layout)[0];
     for (std::size_t a = 0; a < planes.size(); ++a)
       WriteCounts(folder / fmt::format("I-{:02}", kAnglesDeg[a]) / (view.name + "." + extension),
@@ -139,6 +167,35 @@ std::size_t ExportAngles(const Input& input, const DemosaicMethod& method, const
   WriteJson(folder / "set.json",
             {{"input_kind", "angles"},
              {"sensor", {{"bits", 16}, {"black_dn", kAnglesBlack_dn}, {"white_dn", kAnglesWhite_dn}}}});
+  return input.views.size();
+}
+
+std::size_t ExportCorrected(const Input& input, const fs::path& folder, const std::string& extension,
+                            Progress& progress) {
+  if (!input.calibration)
+    throw Error("there is no calibration to apply", input.folder.string(),
+                "Give its folder with --calibration");
+  RequireNewSessionFolder(folder);
+  progress.Begin("correcting", input.views.size());
+  for (std::size_t i = 0; i < input.views.size(); ++i) {
+    progress.Check();
+    const LoadedView view = ReadView(input, int(i));
+    LitMosaic mosaic = MosaicOf(input, view);
+    for (std::size_t k = 0; k < mosaic.light.size(); ++k)
+      if (mosaic.state.pixels()[k] == SampleState::kLost) mosaic.light.pixels()[k] = 1;
+    WriteCounts(folder / "mosaic" / (view.name + "." + extension), AngleCounts(mosaic.light));
+    progress.Advance();
+  }
+  nlohmann::json sensor = {{"layout", ToString(input.sensor.layout)},
+                           {"bits", 16},
+                           {"black_dn", kAnglesBlack_dn},
+                           {"white_dn", kAnglesWhite_dn}};
+  if (input.sensor.dn_per_e > 0) {
+    sensor["dn_per_e"] = input.sensor.dn_per_e * (kAnglesWhite_dn - kAnglesBlack_dn) / input.sensor.RangeDn();
+    sensor["read_noise_e"] = input.sensor.read_noise_e;
+  }
+  WriteJson(folder / "set.json",
+            {{"input_kind", "mosaic"}, {"sensor", sensor}, {"camera", input.binding.camera}});
   return input.views.size();
 }
 

@@ -13,8 +13,9 @@ namespace polarscan {
 std::size_t ImportSession(const Input& input, const std::filesystem::path& folder, Progress& progress);
 
 // The way back: FOLDER/mosaic/NAME.tif or .png with the counts in 16 bits, and FOLDER/set.json, so that the
-// folder is an INPUT again. NAME is the view's; a shot of several frames gives NAME-0, NAME-1, ... Returns
-// the number of files. Throws Error if the folder is not empty or a frame's pixel format is no raw mosaic.
+// folder is an INPUT again. NAME is the view's; a shot of several frames gives NAME-0, NAME-1, ..., and one
+// of several exposures exposure-TIME/NAME instead of mosaic/NAME. Returns the number of files. Throws Error
+// if the folder is not empty or a frame's pixel format is no raw mosaic.
 std::size_t ExportSession(const Session& session, const std::filesystem::path& folder,
                           const std::string& extension, Progress& progress);
 
@@ -24,5 +25,11 @@ std::size_t ExportSession(const Session& session, const std::filesystem::path& f
 std::size_t ExportAngles(const Input& input, const DemosaicMethod& method,
                          const std::filesystem::path& folder, const std::string& extension,
                          Progress& progress);
+
+// Raw mosaics as ideal polarizers would show them, black at 4096, 16 bits: FOLDER/mosaic/NAME and set.json,
+// an INPUT again. Samples that were clipped and what is above full scale are at 65535. Returns the number of
+// views. Throws Error if the input is no raw mosaics or has no calibration, or the folder is not empty.
+std::size_t ExportCorrected(const Input& input, const std::filesystem::path& folder,
+                            const std::string& extension, Progress& progress);
 
 }  // namespace polarscan

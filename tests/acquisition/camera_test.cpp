@@ -216,7 +216,10 @@ TEST_F(CameraTest, PicturesByAngleAreAnInputWithTheSamePolarization) {
                             .stokes;
   std::size_t valid = 0;
   for (std::size_t i = 0; i < a.s0.size(); ++i) {
-    if (!std::isfinite(a.noise.pixels()[i])) continue;  // clipped
+    const bool beyond = std::ranges::any_of(by_angle.pictures, [&](const Picture& picture) {
+      return picture.planes[0].pixels()[i] >= 65535;  // recovered above full scale: no room in a picture
+    });
+    if (!std::isfinite(a.noise.pixels()[i]) || beyond) continue;
     ++valid;
     ASSERT_NEAR(a.s0.pixels()[i], b.s0.pixels()[i], 4e-5);
     ASSERT_NEAR(a.s1.pixels()[i], b.s1.pixels()[i], 4e-5);

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "core/random.h"
+#include "demosaic/noise.h"
 #include "mosaic.h"
 
 namespace polarscan {
@@ -71,15 +72,16 @@ TEST(Mosaic, SwappingTwoDiagonalAnglesMirrorsTheSense) {
               180, 0.1);
 }
 
-// A clipped sample spoils exactly the pixels whose value depends on it.
+// Two clipped samples of a cell spoil exactly the pixels whose value depends on them.
 void ExpectInvalidAround(const std::string& layout, int reach) {
   const Sensor sensor = TwelveBits(layout);
   Image<float> counts(24, 24, 1000);
-  counts(11, 10) = 4095;
+  counts(10, 10) = counts(11, 11) = 4095;
   const StokesImage image = ViewFromMosaic(counts, sensor, Bilinear()).stokes;
   for (int y = 0; y < 24; ++y)
     for (int x = 0; x < 24; ++x) {
-      const bool near = std::max(std::abs(x - 11), std::abs(y - 10)) <= reach;
+      const bool near = std::max(std::abs(x - 10), std::abs(y - 10)) <= reach ||
+                        std::max(std::abs(x - 11), std::abs(y - 11)) <= reach;
       EXPECT_EQ(std::isinf(image.noise(x, y)), near) << x << " " << y;
       EXPECT_TRUE(std::isfinite(image.s0(x, y)));
     }
@@ -90,13 +92,71 @@ TEST(Mosaic, ClippedSamplesMakeTheirSurroundingsInvalid) {
   ExpectInvalidAround("90 45 / 135 0 rggb", 3);
 }
 
-TEST(Angles, AClippedPictureMakesItsPixelInvalid) {
+// One clipped sample of a cell follows from the other three: the Stokes vector is right, though that of the
+// clipped counts is far off, and the noise around it is raised.
+TEST(Mosaic, AClippedSampleAloneInItsCellIsRecoveredWithMoreNoise) {
+  for (const char* layout : {"90 45 / 135 0", "0 45 / 135 90", "90 45 / 135 0 rggb"}) {
+    Sensor sensor = TwelveBits(layout);
+    sensor.dn_per_e = 0.4;
+    const test::Scene bright = [](int x, int y, char) {  // I0 = 1.25 of full scale in the middle
+      return x >= 8 && x < 20 && y >= 8 && y < 20 ? Stokes{1.4, 1.1, 0.2} : Stokes{1.0, 0.3, 0.2};
+    };
+    const StokesImage image =
+        ViewFromMosaic(ToCounts(test::TakeMosaic(28, 28, sensor.layout, bright), sensor), sensor, Bilinear())
+            .stokes;
+    EXPECT_NEAR(image.s1(14, 14), 1.1, 2e-3) << layout;
+    EXPECT_NEAR(image.s2(14, 14), 0.2, 2e-3) << layout;
+    EXPECT_NEAR(image.s0(14, 14), 1.4, 2e-3) << layout;
+    const double gain = Bilinear().NoiseGain(sensor.layout);
+    EXPECT_NEAR(image.noise(14, 14), std::sqrt(3) * gain * SensorNoise(sensor).Sigma(0.7f), 1e-5);
+    EXPECT_NEAR(image.noise(2, 2), gain * SensorNoise(sensor).Sigma(0.5f), 1e-5);
+  }
+}
+
+// Half of the samples of bright light of any angle: two may be clipped at once, then nothing can be
+// recovered.
+TEST(Mosaic, WhatIsRecoveredIsRightWhateverTheAngle) {
+  const Sensor sensor = TwelveBits("90 45 / 135 0");
+  int recovered = 0;
+  for (int aop = 0; aop < 180; aop += 5) {
+    const double turn = 2 * aop * 3.14159265358979 / 180;
+    const test::Scene scene = [&](int, int, char) {
+      return Stokes{1.5, 0.6 * std::cos(turn), 0.6 * std::sin(turn)};
+    };
+    const StokesImage image =
+        ViewFromMosaic(ToCounts(test::TakeMosaic(8, 8, sensor.layout, scene), sensor), sensor, Bilinear())
+            .stokes;
+    if (std::isinf(image.noise(4, 4))) continue;
+    ++recovered;
+    EXPECT_NEAR(image.s1(4, 4), 0.6 * std::cos(turn), 2e-3) << aop;
+    EXPECT_NEAR(image.s2(4, 4), 0.6 * std::sin(turn), 2e-3) << aop;
+  }
+  EXPECT_GT(recovered, 20);
+}
+
+TEST(Mosaic, OfOddSizeIsWholeUpToItsLastRowAndColumn) {
+  const Sensor sensor = TwelveBits("90 45 / 135 0");
+  Image<float> counts(9, 7, 1000);
+  counts(8, 6) = counts(3, 6) = 4095;
+  const LitMosaic mosaic = ToLitMosaic(counts, sensor);
+  for (int y = 0; y < 7; ++y)
+    for (int x = 0; x < 9; ++x)
+      EXPECT_EQ(mosaic.state(x, y) == SampleState::kRecovered, y == 6 && (x == 8 || x == 3)) << x << " " << y;
+}
+
+TEST(Angles, OneClippedPictureOfFourIsRecoveredAndTwoMakeTheirPixelInvalid) {
   std::array<Picture, 4> p;
-  for (Picture& picture : p) picture = {{Image<float>(6, 6, 100)}, 255, 8};
-  p[2].planes[0](3, 4) = 255;
-  const StokesImage image = ViewFromAngles({&p[0], &p[1], &p[2], &p[3]}, Sensor{}).stokes;
+  const float counts[] = {180, 150, 40, 70};
+  for (std::size_t a = 0; a < 4; ++a) p[a] = {{Image<float>(6, 6, counts[a])}, 255, 8};
+  Sensor sensor;
+  sensor.white_dn = 160;  // the first one is clipped everywhere
+  p[0].planes[0] = Image<float>(6, 6, 160);
+  p[1].planes[0](3, 4) = 160;
+  const StokesImage image = ViewFromAngles({&p[0], &p[1], &p[2], &p[3]}, sensor).stokes;
   for (int y = 0; y < 6; ++y)
     for (int x = 0; x < 6; ++x) EXPECT_EQ(std::isinf(image.noise(x, y)), x == 3 && y == 4);
+  EXPECT_NEAR(image.s1(1, 1), 140.0 / 160, 1e-5);
+  EXPECT_NEAR(image.s0(1, 1), 220.0 / 160, 1e-5);
 }
 
 TEST(Stokes, NotANumberIsInvalidAndZero) {

@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/image_io.h"
+#include "core/random.h"
 
 namespace polarscan {
 namespace {
@@ -37,6 +38,47 @@ TEST(Stokes, DegreeOfPolarizationIsZeroWithoutLight) {
   EXPECT_EQ(DegreeOfPolarization(-1, 1, 1), 0);
   EXPECT_FLOAT_EQ(DegreeOfPolarization(2, 0.3f, 0.4f), 0.25f);
   EXPECT_FLOAT_EQ(DegreeOfPolarizationNoise(0.5f, 0.01f), 0.02f * std::sqrt(2.0f));
+}
+
+// Many measurements of the same light with noise: what the formulas must agree with.
+struct Measurements {
+  double mean_degree = 0, mean_debiased = 0, sd_angle_rad = 0;
+};
+Measurements Measure(double degree, double sigma) {
+  Measurements m;
+  Random random(3);
+  const int count = 100000;
+  for (int i = 0; i < count; ++i) {
+    const double q = degree + sigma * random.Normal(), u = sigma * random.Normal();
+    const double angle = std::atan2(u, q) / 2, p = std::hypot(q, u);
+    m.mean_degree += p / count, m.sd_angle_rad += angle * angle / count;
+    m.mean_debiased += DebiasedDegreeOfPolarization(float(p), float(sigma)) / count;
+  }
+  m.sd_angle_rad = std::sqrt(m.sd_angle_rad);
+  return m;
+}
+
+TEST(Stokes, TheAnglesNoiseIsWhatManyMeasurementsShow) {
+  for (const double ratio : {0.0, 0.3, 0.7, 1.0, 1.6, 2.0, 3.0, 5.0, 7.9, 8.1, 20.0})
+    EXPECT_NEAR(
+        AngleOfPolarizationNoise(float(0.03 * ratio), 0.03f) / Measure(0.03 * ratio, 0.03).sd_angle_rad, 1,
+        0.015)
+        << ratio;
+  EXPECT_EQ(AngleOfPolarizationNoise(0.5f, 0), 0);
+  EXPECT_NEAR(AngleOfPolarizationNoise(0, 0.1f), std::numbers::pi / std::sqrt(12), 1e-4);
+  EXPECT_NEAR(AngleOfPolarizationNoise(0.1f, std::numeric_limits<float>::infinity()),
+              std::numbers::pi / std::sqrt(12), 1e-4);
+}
+
+TEST(Stokes, ADebiasedDegreeIsRightInTheMeanToThreePercentAboveTwiceItsNoise) {
+  for (const double ratio : {2.0, 3.0, 6.0}) {
+    const Measurements m = Measure(0.02 * ratio, 0.02);
+    EXPECT_NEAR(m.mean_debiased / 0.02, ratio, 0.03 * ratio) << ratio;
+    EXPECT_GT(m.mean_degree, m.mean_debiased);
+  }
+  EXPECT_EQ(DebiasedDegreeOfPolarization(0, 0.1f), 0);
+  EXPECT_EQ(DebiasedDegreeOfPolarization(0.3f, 0), 0.3f);
+  for (const float tiny : {1e-3f, 1e-6f}) EXPECT_GE(DebiasedDegreeOfPolarization(tiny, 0.1f), 0);
 }
 
 TEST(Stokes, AFileKeepsEveryBit) {

@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <cmath>
+#include <ctime>
+
+#include "acquisition/calibration_frames.h"
+#include "acquisition/session/exchange.h"
+#include "apps/command.h"
+#include "core/files.h"
+#include "demosaic/calibration/dark.h"
+#include "demosaic/calibration/find_layout.h"
+#include "demosaic/calibration/flat.h"
+#include "demosaic/calibration/pictures.h"
+#include "demosaic/calibration/polarizer.h"
+#include "demosaic/calibration/polarizer_options.h"
+
+namespace polarscan {
+namespace fs = std::filesystem;
+namespace {
+
+using nlohmann::json;
+
+struct CalibrateArguments {
+  fs::path input, output;
+  InputOptions meaning;
+  PolarizerOptions polarizer;
+  FlatOptions flat;
+  double first_angle_deg = 0;
+  std::string sense = "anticlockwise", format = "tiff";
+};
+
+// The frames and the calibration that they add to: the one in the output folder, or a new one.
+struct Work {
+  std::shared_ptr<const Input> input;
+  Calibration calibration;
+};
+
+Work Open(const CalibrateArguments& a, Context& context) {
+  InputOptions options = a.meaning;
+  if (IsCalibration(a.output)) options.calibration = a.output.string();
+  Work work{std::make_shared<const Input>(OpenInput(a.input, options)), {}};
+  const Input& input = *work.input;
+  if (input.calibration) work.calibration = *input.calibration;
+  for (const std::string& note : input.notes) context.progress.Info(note);
+  work.calibration.sensor = input.sensor;
+  work.calibration.binding.camera.update(input.binding.camera);
+  work.calibration.binding.settings.update(input.binding.settings);
+  return work;
+}
+
+json Part(const CalibrateArguments& a, json summary) {
+  summary["input"] = fs::absolute(a.input).string();
+  summary["created"] = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
+  return summary;
+}
+
+void Finish(const CalibrateArguments& a, Calibration& calibration, const std::string& part,
+            const std::string& text, Context& context) {
+  WriteCalibration(a.output, calibration);
+  context.Finish({{"calibration", a.output.string()},
+                  {"hash", calibration.hash},
+                  {"binding", HashOf(calibration.binding)},
+                  {part, calibration.parts[part]}},
+                 fmt::format("{}; in {}", text, a.output.string()));
+}
+
+void RunDark(const CalibrateArguments& a, Context& context) {
+  Work work = Open(a, context);
+  Calibration& calibration = work.calibration;
+  DarkCalibration dark = CalibrateDark(FramesOf(work.input, true), calibration.sensor, context.progress);
+  for (const char* later : {"flat", "polarizer"})
+    if (calibration.parts.contains(later))
+      context.progress.Warn(
+          fmt::format("what {} frames told is forgotten, since it rested on the old black level: "
+                      "run polarscan calibrate {} again",
+                      later, later));
+  if (double(dark.at_zero) > 0.01 * double(dark.black_dn.size()) * dark.frames)
+    context.progress.Warn(
+        "many samples are cut off at 0, so the black level comes out too high; raise the "
+        "camera's black level");
+  calibration.parts = {{"dark", Part(a, Summary(dark))}};
+  calibration.correction = {std::move(dark.black_dn), {}};
+  calibration.sensor.black_dn = dark.mean_dn;
+  if (calibration.sensor.dn_per_e > 0)
+    calibration.sensor.read_noise_e = dark.read_noise_dn / calibration.sensor.dn_per_e;
+  Finish(a, calibration, "dark",
+         fmt::format("{} dark frames: black level {:.2f} DN, pixels +-{:.2f} DN, read noise {:.2f} DN",
+                     dark.frames, dark.mean_dn, dark.pixel_spread_dn, dark.read_noise_dn),
+         context);
+}
+
+void WarnWithoutDark(const Calibration& calibration, Context& context) {
+  if (!calibration.parts.contains("dark"))
+    context.progress.Warn(
+        fmt::format("no dark frames have been calibrated in this folder; the black level is taken "
+                    "as {:g} DN everywhere",
+                    calibration.sensor.black_dn));
+}
+
+void RunFlat(const CalibrateArguments& a, Context& context) {
+  Work work = Open(a, context);
+  Calibration& calibration = work.calibration;
+  WarnWithoutDark(calibration, context);
+  const double read_noise_dn =
+      calibration.parts.contains("dark") ? calibration.parts["dark"]["read_noise_dn"].get<double>() : -1;
+  FlatCalibration flat =
+      CalibrateFlat(FramesOf(work.input, true), calibration.sensor, calibration.correction.black_dn,
+                    read_noise_dn, a.flat, context.progress);
+  calibration.parts["flat"] = Part(a, Summary(flat, calibration.sensor));
+  calibration.sensor.dn_per_e = flat.all.dn_per_e;
+  calibration.sensor.read_noise_e = flat.all.dn_per_e > 0 ? flat.all.read_noise_dn / flat.all.dn_per_e : 0;
+  if (!calibration.parts.contains("polarizer")) calibration.correction.responses = std::move(flat.responses);
+  Finish(a, calibration, "flat",
+         fmt::format("{} pairs of flat frames: {:.4g} DN per electron, read noise {:.2f} e-, pixels' gains "
+                     "+-{:.2f} %",
+                     flat.pairs, flat.all.dn_per_e, calibration.sensor.read_noise_e, 100 * flat.gain_spread),
+         context);
+}
+
+std::string Describe(const PolarizerCalibration& found, const json& summary) {
+  const auto number = [&](const char* what, const char* of) {
+    const json& value = summary[what][of];
+    return value.is_number() ? value.get<double>() : 0.0;
+  };
+  return fmt::format(
+      "{} frames: gain +-{:.2f} %, diattenuation {:.3f} +-{:.3f}, angle {:+.2f} +-{:.2f} degrees, condition "
+      "{:.2f}, residual {:.2f} % of full scale, {} defect pixels{}",
+      found.light.angles_deg.size(), 100 * number("gain", "spread"), number("diattenuation", "median"),
+      number("diattenuation", "spread"), number("angle_error_deg", "median"),
+      number("angle_error_deg", "spread"), number("condition", "median"), 100 * number("residual", "median"),
+      found.defects,
+      std::abs(found.light.zero_deg) > 0.05
+          ? fmt::format("; the given angles' zero lies {:+.2f} degrees from the sensor's",
+                        found.light.zero_deg)
+          : "");
+}
+
+void RunPolarizer(const CalibrateArguments& a, Context& context) {
+  Work work = Open(a, context);
+  Calibration& calibration = work.calibration;
+  WarnWithoutDark(calibration, context);
+  const CalibrationFrames frames = FramesOf(work.input, false);
+  PolarizerCalibration found =
+      CalibratePolarizer(frames, calibration.sensor, calibration.correction.black_dn,
+                         KnowledgeOf(a.polarizer, frames.names), a.polarizer.shading, context.progress);
+  CreateFolder(a.output);
+  json summary = Summary(found, calibration.sensor.layout);
+  summary["pictures"] = WriteCalibrationPictures(a.output, found, calibration.sensor.layout);
+  PolarizerOptions effective = a.polarizer;
+  summary["options"] = ToJson(Table(effective));
+  const std::string text = Describe(found, summary);
+  calibration.parts["polarizer"] = Part(a, std::move(summary));
+  calibration.correction.responses = std::move(found.responses);
+  Finish(a, calibration, "polarizer", text, context);
+}
+
+void RunLayout(const CalibrateArguments& a, Context& context) {
+  InputOptions options = a.meaning;
+  const std::string said = options.layout;
+  if (said.empty()) options.layout = ToString(Layout());  // any: it is what we look for
+  const auto input = std::make_shared<const Input>(OpenInput(a.input, options));
+  const FoundLayout found = FindLayout(MeanCells(FramesOf(input, false), input->sensor, context.progress),
+                                       a.first_angle_deg, a.sense == "anticlockwise");
+  Layout layout = found.layout;
+  layout.bayer = input->sensor.layout.bayer;
+  if (layout != input->sensor.layout && (!said.empty() || input->session))
+    context.progress.Warn("this is not the layout that was said, " + ToString(input->sensor.layout));
+  context.Finish(
+      {{"layout", ToString(layout)},
+       {"angles_deg", found.angles_deg},
+       {"turn_deg", found.turn_deg},
+       {"first_error_deg", found.first_error_deg}},
+      fmt::format("the layout is \"{}\" (the polarizer turned by {:+.0f} degrees; its first angle is off by "
+                  "{:+.1f})",
+                  ToString(layout), found.turn_deg, found.first_error_deg));
+}
+
+void RunApply(const CalibrateArguments& a, Context& context) {
+  const Input input = OpenInput(a.input, a.meaning);
+  for (const std::string& note : input.notes) context.progress.Info(note);
+  const std::size_t views =
+      ExportCorrected(input, a.output, a.format == "png" ? "png" : "tif", context.progress);
+  context.Finish({{"folder", a.output.string()}, {"views", views}},
+                 fmt::format("{} corrected mosaics in {}", views, a.output.string()));
+}
+
+void RunShow(const CalibrateArguments& a, Context& context) {
+  const Calibration c = ReadCalibration(a.input);
+  std::string parts;
+  for (const auto& [name, part] : c.parts.items()) parts += (parts.empty() ? "" : ", ") + name;
+  context.Finish({{"camera", c.binding.camera},
+                  {"settings", c.binding.settings},
+                  {"sensor", ToJson(c.sensor)},
+                  {"parts", c.parts},
+                  {"hash", c.hash}},
+                 fmt::format("camera {} {} {}, settings {}; {}", c.binding.camera.value("vendor", "?"),
+                             c.binding.camera.value("model", "?"), c.binding.camera.value("serial", "?"),
+                             c.binding.settings.dump(), parts));
+}
+
+// What every kind of frames needs beside the input's own options; a calibration is what comes out.
+OptionTable FramesTable(InputOptions& options) {
+  OptionTable table = Table(options);
+  std::erase_if(table, [](const Option& row) {
+    return row.name == "calibration" || row.name == "aop-sense" || row.name == "aop-scale" ||
+           row.name == "gamma";
+  });
+  return table;
+}
+
+using Step = void (*)(const CalibrateArguments&, Context&);
+
+CLI::App* AddStep(CLI::App& parent, const char* name, const char* help,
+                  const std::shared_ptr<CalibrateArguments>& a, Step step, Context& context) {
+  CLI::App* command = parent.add_subcommand(name, help);
+  command->add_option("INPUT", a->input, "A session, or a folder of raw mosaics (docs/input.md)")
+      ->required()
+      ->check(CLI::ExistingDirectory);
+  command->callback([a, step, &context] { step(*a, context); });
+  return command;
+}
+
+void AddOutput(CLI::App& command, CalibrateArguments& a) {
+  command.add_option("-o,--output", a.output, "The calibration's folder: a new one, or one to add to")
+      ->required()
+      ->type_name("CALIBRATION");
+}
+
+}  // namespace
+
+void AddCalibrateCommand(CLI::App& app, Context& context) {
+  CLI::App* calibrate = app.add_subcommand(
+      "calibrate", "What is true of this one camera: black level, gain, polarizers (docs/calibration.md)");
+  calibrate->require_subcommand(1);
+
+  auto a = std::make_shared<CalibrateArguments>();
+  CLI::App* dark = AddStep(*calibrate, "dark", "Black level of every pixel and read noise, from dark frames",
+                           a, RunDark, context);
+  AddOutput(*dark, *a);
+  AddOptions(*dark, FramesTable(a->meaning), "Input");
+
+  CLI::App* flat =
+      AddStep(*calibrate, "flat", "Gain and noise, from pairs of frames of even light", a, RunFlat, context);
+  AddOutput(*flat, *a);
+  flat->add_flag("--unpolarized", a->flat.unpolarized,
+                 "The light is known to be unpolarized: what differs between the angles is gain");
+  AddOptions(*flat, FramesTable(a->meaning), "Input");
+
+  CLI::App* polarizer =
+      AddStep(*calibrate, "polarizer",
+              "Response of every pixel, from a linear polarizer turned in front of even light", a,
+              RunPolarizer, context);
+  AddOutput(*polarizer, *a);
+  AddOptions(*polarizer, Table(a->polarizer));
+  AddOptions(*polarizer, FramesTable(a->meaning), "Input");
+
+  CLI::App* layout = AddStep(*calibrate, "layout",
+                             "Find the layout from a linear polarizer turned in one sense, frames in order",
+                             a, RunLayout, context);
+  AddOptions(*layout, {{.name = "first-angle",
+                        .value = &a->first_angle_deg,
+                        .help = "of the first frame's polarizer; 0: it passes horizontal light",
+                        .unit = "deg",
+                        .min = -360,
+                        .max = 360},
+                       {.name = "sense",
+                        .value = &a->sense,
+                        .help = "in which it is turned, as seen from the camera",
+                        .choices = {"anticlockwise", "clockwise"}}});
+  AddOptions(*layout, FramesTable(a->meaning), "Input");
+
+  CLI::App* apply =
+      AddStep(*calibrate, "apply", "Write corrected mosaics, an INPUT again", a, RunApply, context);
+  apply->add_option("-o,--output", a->output, "The folder for them, new or empty")->required();
+  AddOptions(
+      *apply,
+      {{.name = "format", .value = &a->format, .help = "of the pictures", .choices = {"tiff", "png"}}});
+  AddOptions(*apply, Table(a->meaning), "Input");
+
+  CLI::App* show = calibrate->add_subcommand("show", "What a calibration is for and what it knows");
+  show->add_option("CALIBRATION", a->input, "Its folder")->required()->check(CLI::ExistingDirectory);
+  show->callback([a, &context] { RunShow(*a, context); });
+}
+
+}  // namespace polarscan

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/image.h"
+
+namespace polarscan {
+
+// The frames of a calibration, read when they are needed. A frame may be asked for twice.
+struct CalibrationFrames {
+  std::vector<std::string> names;
+  std::function<Image<float>(int frame)> counts;  // as stored
+
+  int size() const { return int(names.size()); }
+};
+
+}  // namespace polarscan
