@@ -5,6 +5,12 @@
 
 #include "core/error.h"
 #include "demosaic/bilinear.h"
+#include "demosaic/difference.h"
+#include "demosaic/linear.h"
+#include "demosaic/newton.h"
+#include "demosaic/residual.h"
+#include "demosaic/sharp.h"
+#include "demosaic/superpixel.h"
 
 namespace polarscan {
 namespace {
@@ -18,9 +24,18 @@ std::vector<std::string> MethodNames() {
 }  // namespace
 
 std::span<const DemosaicMethod> DemosaicMethods() {
-  // Noise gains: sums of squared weights over the phases; tests/demosaic/bilinear_test.cpp measures them.
+  // reach mono, colour; noise gain mono, colour.
   static const DemosaicMethod methods[] = {
       {"bilinear", "mean of the nearest samples of the same kind", InterpolateBilinear, 1, 3, 0.75, 0.3936},
+      {"superpixel", "the samples of a cell as they are, at half the resolution; the fastest",
+       RepeatSuperpixels, 1, 3, 1, 0.5},
+      {"difference", "differences to an edge-aware guide; fast", InterpolateDifference, 4, 13, 1, 1},
+      {"newton", "Newton polynomials of differences along the smoother diagonal", InterpolateNewton, 7, 21, 1,
+       1},
+      {"linear", "fitted kernels; fast, quiet S1 and S2", InterpolateLinear, 3, 13, 1, 1},
+      {"eari", "residual interpolation with an edge-aware guide", InterpolateEari, 3, 13, 1, 1},
+      {"sharp", "residual interpolation in two passes with fitted kernels; the sharpest S0", InterpolateSharp,
+       3, 13, 1, 1},
   };
   return methods;
 }
