@@ -12,25 +12,30 @@
 namespace polarscan {
 namespace {
 
-constexpr int kFalloffReach = 4;  // of the directional means, px of the half-size picture
+constexpr int kFalloffReach = 3;  // of the directional means, px of the half-size picture
 constexpr int kLineReach = 5;     // half width of the regression along a line, px
 constexpr float kSmallestSquare = 1e-10f;
-constexpr std::array<float, kFalloffReach + 1> kFalloff = {0.56f, 0.35f, 0.08f, 0.01f,
-                                                           0.f};  // Gaussian, sigma 1 px
+constexpr std::array<float, kFalloffReach + 1> kFalloff = {0.56f, 0.35f, 0.08f,
+                                                           0.01f};  // Gaussian, sigma 1 px
 
-// A line of alternating kinds: kind 0 at even, kind 1 at odd places, linearly interpolated to all places.
-struct Line {
-  std::array<std::vector<float>, 2> kind;
+// A line and what lies beyond its ends, reflected: at(i) for -kLineReach ... size - 1 + kLineReach.
+class PaddedLine {
+ public:
+  explicit PaddedLine(const std::vector<float>& line) : values_(line.size() + 2 * kLineReach) {
+    PadRow(line.data(), int(line.size()), kLineReach, values_.data());
+  }
+  const float* at(int i) const { return values_.data() + kLineReach + i; }
+
+ private:
+  std::vector<float> values_;
 };
 
-Line Alternate(const std::vector<float>& samples) {
-  const int size = int(samples.size());
-  Line line{{samples, samples}};
-  for (int i = 0; i < size; ++i) {
-    const float between =
-        0.5f * (samples[std::size_t(Reflect(i - 1, size))] + samples[std::size_t(Reflect(i + 1, size))]);
-    line.kind[std::size_t((i + 1) & 1)][std::size_t(i)] = between;
-  }
+// The kind at places `first`, first + 2, ..., linearly interpolated to all places.
+std::vector<float> Linear(const std::vector<float>& samples, int first) {
+  const PaddedLine padded(samples);
+  std::vector<float> line = samples;
+  for (int i = 1 - first; i < int(samples.size()); i += 2)
+    line[std::size_t(i)] = 0.5f * (*padded.at(i - 1) + *padded.at(i + 1));
   return line;
 }
 
@@ -38,40 +43,46 @@ Line Alternate(const std::vector<float>& samples) {
 // interpolation: a guide + b within +- 5 px by least squares, then the rest linearly.
 std::vector<float> FillLine(const std::vector<float>& samples, const std::vector<float>& guide, int first) {
   const int size = int(samples.size());
+  const PaddedLine g(guide), s(samples);
   std::vector<float> tentative(samples.size()), filled(samples.size());
   for (int i = 0; i < size; ++i) {
-    float n = 0, g = 0, d = 0, gg = 0, gd = 0;
-    const float origin = guide[std::size_t(i)];
-    for (int k = i - kLineReach; k <= i + kLineReach; ++k) {
-      if (((k - first) & 1) != 0) continue;
-      const std::size_t at = std::size_t(Reflect(k, size));
-      const float u = guide[at] - origin, v = samples[at] - guide[at];
-      ++n, g += u, d += v, gg += u * u, gd += u * v;
+    float n = 0, u_sum = 0, v_sum = 0, uu = 0, uv = 0;
+    const float origin = *g.at(i);
+    const int reach = kLineReach - ((i - first + kLineReach) & 1);  // the nearest and the last of the kind
+    for (int k = i - reach; k <= i + reach; k += 2) {
+      const float u = *g.at(k) - origin, v = *s.at(k) - *g.at(k);
+      ++n, u_sum += u, v_sum += v, uu += u * u, uv += u * v;
     }
-    const float slope = (gd - g * d / n) / (gg - g * g / n + kSmallestSquare);
-    tentative[std::size_t(i)] = origin + (d - slope * g) / n;
+    const float slope = (uv - u_sum * v_sum / n) / (uu - u_sum * u_sum / n + kSmallestSquare);
+    tentative[std::size_t(i)] = origin + (v_sum - slope * u_sum) / n;
   }
-  for (int i = 0; i < size; ++i) {
-    const auto rest = [&](int k) {
-      const std::size_t at = std::size_t(Reflect(k, size));
-      return samples[at] - tentative[at];
-    };
-    const bool own = ((i - first) & 1) == 0;
-    filled[std::size_t(i)] = tentative[std::size_t(i)] + (own ? rest(i) : 0.5f * (rest(i - 1) + rest(i + 1)));
-  }
+  const PaddedLine t(tentative);
+  const auto rest = [&](int k) { return *s.at(k) - *t.at(k); };
+  for (int i = 0; i < size; ++i)
+    filled[std::size_t(i)] =
+        tentative[std::size_t(i)] + (((i - first) & 1) == 0 ? rest(i) : 0.5f * (rest(i - 1) + rest(i + 1)));
   return filled;
 }
 
 // Green minus the line's other colour at every place of a line; green at even places if first_green is 0.
 std::vector<float> ColourDifference(const std::vector<float>& samples, int first_green) {
   if (samples.size() < 2) return std::vector<float>(samples.size());
-  const Line linear = Alternate(samples);
-  const std::size_t green_kind = std::size_t(first_green), other_kind = 1 - green_kind;
-  const std::vector<float> green = FillLine(samples, linear.kind[other_kind], first_green);
-  const std::vector<float> other = FillLine(samples, linear.kind[green_kind], 1 - first_green);
+  const std::vector<float> green = FillLine(samples, Linear(samples, 1 - first_green), first_green);
+  const std::vector<float> other = FillLine(samples, Linear(samples, first_green), 1 - first_green);
   std::vector<float> difference(samples.size());
   for (std::size_t i = 0; i < difference.size(); ++i) difference[i] = green[i] - other[i];
   return difference;
+}
+
+Image<float> Transposed(const Image<float>& image) {
+  constexpr int kTile = 32;
+  Image<float> transposed(image.height(), image.width());
+  ParallelFor(0, (image.height() + kTile - 1) / kTile, [&](int tile) {
+    for (int x = 0; x < image.width(); ++x)
+      for (int y = tile * kTile; y < std::min(image.height(), (tile + 1) * kTile); ++y)
+        transposed(y, x) = image(x, y);
+  });
+  return transposed;
 }
 
 struct Directions {
@@ -88,12 +99,13 @@ Directions ColourDifferences(const Image<float>& half, const std::string& bayer)
     const std::vector<float> line(half.row(y), half.row(y) + half.width());
     std::ranges::copy(ColourDifference(line, IsGreen(bayer, 0, y) ? 0 : 1), result.along_rows.row(y));
   });
-  ParallelFor(0, half.width(), [&](int x) {
-    std::vector<float> line(std::size_t(half.height()));
-    for (int y = 0; y < half.height(); ++y) line[std::size_t(y)] = half(x, y);
-    const std::vector<float> column = ColourDifference(line, IsGreen(bayer, x, 0) ? 0 : 1);
-    for (int y = 0; y < half.height(); ++y) result.along_columns(x, y) = column[std::size_t(y)];
+  const Image<float> turned = Transposed(half);
+  Image<float> columns(turned.width(), turned.height());
+  ParallelFor(0, turned.height(), [&](int x) {
+    const std::vector<float> line(turned.row(x), turned.row(x) + turned.width());
+    std::ranges::copy(ColourDifference(line, IsGreen(bayer, x, 0) ? 0 : 1), columns.row(x));
   });
+  result.along_columns = Transposed(columns);
   return result;
 }
 
@@ -101,41 +113,50 @@ Directions ColourDifferences(const Image<float>& half, const std::string& bayer)
 Image<float> Roughness(const Image<float>& difference, int dx, int dy) {
   const int width = difference.width(), height = difference.height();
   const Image<float> padded = Pad(difference, 1);
-  Image<float> change(width, height), sum(width, height), rough(width, height);
+  Image<float> change(width, height), rough(width, height);
   ParallelFor(0, height, [&](int y) {
     for (int x = 0; x < width; ++x)
       change(x, y) = std::abs(padded(x + 1 + dx, y + 1 + dy) - padded(x + 1 - dx, y + 1 - dy));
   });
+  const Image<float> changes = Pad(change, 2);
   ParallelFor(0, height, [&](int y) {
-    for (int k = -2; k <= 2; ++k)
-      for (int x = 0; x < width; ++x) sum(x, y) += change(x, Reflect(y + k, height));
-    for (int x = 0; x < width; ++x)
-      for (int k = -2; k <= 2; ++k) rough(x, y) += sum(Reflect(x + k, width), y);
+    std::vector<float> sum(std::size_t(changes.width()));
+    for (int k = 0; k < 5; ++k)
+      for (std::size_t x = 0; x < sum.size(); ++x) sum[x] += changes.row(y + k)[x];
+    for (int x = 0; x < width; ++x) {
+      const float* at = sum.data() + x;
+      rough(x, y) = at[0] + at[1] + at[2] + at[3] + at[4];
+    }
   });
   return rough;
 }
 
-// Mean of the four one-sided colour differences, weighted by 1 / roughness^2 of each side.
+// Mean of the four one-sided colour differences, weighted by 1 / roughness^2 of each side. All padded by
+// kFalloffReach.
 float BestDifference(const Directions& differences, const Directions& roughness, int x, int y) {
-  const int width = differences.along_rows.width(), height = differences.along_rows.height();
+  const std::ptrdiff_t width = differences.along_rows.width();
   float sum = 0, weights = 0;
-  for (const auto& [dx, dy] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
-    const Image<float>& difference = dx ? differences.along_rows : differences.along_columns;
-    const Image<float>& rough = dx ? roughness.along_rows : roughness.along_columns;
-    float mean = 0;
-    for (int k = 0; k <= kFalloffReach; ++k)
-      mean += kFalloff[std::size_t(k)] * difference(Reflect(x + k * dx, width), Reflect(y + k * dy, height));
-    const float r = rough(Reflect(x + 2 * dx, width), Reflect(y + 2 * dy, height));
-    const float weight = 1 / (r * r + kSmallestSquare);
-    sum += weight * mean, weights += weight;
+  for (const bool row : {true, false}) {
+    const float* difference =
+        (row ? differences.along_rows : differences.along_columns).row(y + kFalloffReach) + x + kFalloffReach;
+    const float* rough =
+        (row ? roughness.along_rows : roughness.along_columns).row(y + kFalloffReach) + x + kFalloffReach;
+    for (const std::ptrdiff_t step : {row ? -1 : -width, row ? 1 : width}) {
+      float mean = 0;
+      for (int k = 0; k <= kFalloffReach; ++k) mean += kFalloff[std::size_t(k)] * difference[k * step];
+      const float r = rough[2 * step], weight = 1 / (r * r + kSmallestSquare);
+      sum += weight * mean, weights += weight;
+    }
   }
   return sum / weights;
 }
 
 Image<float> FillGreen(const Image<float>& half, const std::string& bayer) {
-  const Directions differences = ColourDifferences(half, bayer);
-  const Directions roughness{Roughness(differences.along_rows, 1, 0),
-                             Roughness(differences.along_columns, 0, 1)};
+  const auto pad = [](const Image<float>& image) { return Pad(image, kFalloffReach); };
+  const Directions plain = ColourDifferences(half, bayer);
+  const Directions differences{pad(plain.along_rows), pad(plain.along_columns)};
+  const Directions roughness{pad(Roughness(plain.along_rows, 1, 0)),
+                             pad(Roughness(plain.along_columns, 0, 1))};
   Image<float> green = half;
   ParallelFor(0, half.height(), [&](int y) {
     for (int x = 0; x < half.width(); ++x)

@@ -22,15 +22,14 @@ Kernel Transpose(const Kernel& kernel) {
   return transposed;
 }
 
-// The kernels for this layout, with the carriers in their order.
+}  // namespace
+
 LinearKernels::Set KernelsFor(const std::array<Carrier, 2>& carriers, const LinearKernels& kernels) {
   if (carriers[0].row && !carriers[0].column && carriers[1].column && !carriers[1].row) return kernels.across;
   if (carriers[0].column) return kernels.in_row;
   const LinearKernels::Set& set = kernels.in_row;
   return {Transpose(set.s0), Transpose(set.first), Transpose(set.second)};
 }
-
-}  // namespace
 
 const LinearKernels& FittedKernels() {
   static const LinearKernels kernels = {

@@ -43,5 +43,7 @@ struct Carrier {
   float SignAt(int x, int y) const { return ((row && (y & 1)) != (column && (x & 1))) ? -1.f : 1.f; }
 };
 std::array<Carrier, 2> Carriers(const Layout& layout);
+// The kernels for carriers in this order.
+LinearKernels::Set KernelsFor(const std::array<Carrier, 2>& carriers, const LinearKernels& kernels);
 
 }  // namespace polarscan

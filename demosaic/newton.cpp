@@ -18,52 +18,70 @@ constexpr float kSmallestGradient = 1e-6f;  // of gradients, in units of full sc
 // [0] own, [1] the one beside it in the row, [2] in the column, [3] across the cell.
 using Places = std::array<Image<float>, 4>;
 
-// The wanted kind at (x, y) along (dx, dy): `own` holds the pixel's kind at even places, `wanted` the wanted
-// one at odd places.
-float AlongLine(const Image<float>& own, const Image<float>& wanted, int x, int y, int dx, int dy) {
-  const auto at = [&](const Image<float>& image, int k) {
-    return image(Reflect(x + k * dx, image.width()), Reflect(y + k * dy, image.height()));
-  };
-  const float near = at(wanted, -1) + at(wanted, 1), far = at(wanted, -3) + at(wanted, 3);
-  const float bend = 2 * at(own, 0) - at(own, -2) - at(own, 2);
-  return (7 * near + far) / 16 + bend / 4;
-}
-
-// How much the picture changes along (dx, dy).
-float Change(const Image<float>& samples, int x, int y, int dx, int dy) {
-  const auto at = [&](int k) {
-    return samples(Reflect(x + k * dx, samples.width()), Reflect(y + k * dy, samples.height()));
-  };
-  return std::abs(at(-1) - at(1)) + std::abs(2 * at(0) - at(-2) - at(2));
-}
-
 struct Direction {
   int dx, dy;
 };
 
+constexpr int kLineBorder = 3;  // what a line reaches
+
+std::ptrdiff_t Step(const Image<float>& padded, Direction d) {
+  return d.dy * std::ptrdiff_t(padded.width()) + d.dx;
+}
+
+// The wanted kind at every pixel along a direction: padded `own` holds the pixel's kind at even places,
+// `wanted` the wanted one at odd places.
+Image<float> Estimate(const Image<float>& own, const Image<float>& wanted, Direction d) {
+  const std::ptrdiff_t step = Step(own, d);
+  Image<float> estimate(own.width() - 2 * kLineBorder, own.height() - 2 * kLineBorder);
+  ParallelFor(0, estimate.height(), [&](int y) {
+    const float *o = own.row(y + kLineBorder) + kLineBorder, *w = wanted.row(y + kLineBorder) + kLineBorder;
+    float* out = estimate.row(y);
+    for (int x = 0; x < estimate.width(); ++x, ++o, ++w)
+      out[x] = (7 * (w[-step] + w[step]) + (w[-3 * step] + w[3 * step])) / 16 +
+               (2 * o[0] - o[-2 * step] - o[2 * step]) / 4;
+  });
+  return estimate;
+}
+
 // Sum over the nearest nine pixels of the same kind of |estimate - sample|.
 Image<float> Misfit(const Image<float>& estimate, const Image<float>& samples) {
   const int width = samples.width(), height = samples.height();
-  const auto at = [&](int x, int y) { return std::abs(estimate(x, y) - samples(x, y)); };
-  Image<float> misfit(width, height);
+  Image<float> away(width, height), misfit(width, height);
+  for (std::size_t i = 0; i < away.size(); ++i)
+    away.pixels()[i] = std::abs(estimate.pixels()[i] - samples.pixels()[i]);
+  const Image<float> padded = Pad(away, 2);
   ParallelFor(0, height, [&](int y) {
-    for (int x = 0; x < width; ++x)
-      for (int v = -2; v <= 2; v += 2)
-        for (int u = -2; u <= 2; u += 2) misfit(x, y) += at(Reflect(x + u, width), Reflect(y + v, height));
+    std::vector<float> column(std::size_t(padded.width()));
+    const float *a = padded.row(y), *b = padded.row(y + 2), *c = padded.row(y + 4);
+    for (std::size_t x = 0; x < column.size(); ++x) column[x] = a[x] + b[x] + c[x];
+    for (int x = 0; x < width; ++x) {
+      const float* at = column.data() + x;
+      misfit(x, y) = at[0] + at[2] + at[4];
+    }
   });
   return misfit;
 }
 
+// How much the picture changes along the direction at each of `count` places of a padded row.
+void Changes(const float* row, std::ptrdiff_t step, int count, float* out) {
+  for (int x = 0; x < count; ++x, ++row)
+    out[x] = std::abs(row[-step] - row[step]) + std::abs(2 * row[0] - row[-2 * step] - row[2 * step]);
+}
+
 // The better of two estimates, or their mean weighted by smoothness.
-Image<float> Join(const Image<float>& samples, const Image<float>& a, Direction da, const Image<float>& b,
-                  Direction db) {
+Image<float> Join(const Image<float>& samples, const Image<float>& padded, const Image<float>& a,
+                  Direction da, const Image<float>& b, Direction db) {
   const Image<float> misfit_a = Misfit(a, samples), misfit_b = Misfit(b, samples);
   Image<float> joined(samples.width(), samples.height());
   ParallelFor(0, samples.height(), [&](int y) {
+    const float* row = padded.row(y + kLineBorder) + kLineBorder;
+    std::vector<float> change_a(std::size_t(samples.width())), change_b = change_a;
+    Changes(row, Step(padded, da), samples.width(), change_a.data());
+    Changes(row, Step(padded, db), samples.width(), change_b.data());
     for (int x = 0; x < samples.width(); ++x) {
       const float ma = misfit_a(x, y) + kSmallestGradient, mb = misfit_b(x, y) + kSmallestGradient;
-      const float wa = 1 / (Change(samples, x, y, da.dx, da.dy) + kSmallestGradient),
-                  wb = 1 / (Change(samples, x, y, db.dx, db.dy) + kSmallestGradient);
+      const float wa = 1 / (change_a[std::size_t(x)] + kSmallestGradient),
+                  wb = 1 / (change_b[std::size_t(x)] + kSmallestGradient);
       joined(x, y) = mb > kClearly * ma   ? a(x, y)
                      : ma > kClearly * mb ? b(x, y)
                                           : (wa * a(x, y) + wb * b(x, y)) / (wa + wb);
@@ -72,26 +90,21 @@ Image<float> Join(const Image<float>& samples, const Image<float>& a, Direction 
   return joined;
 }
 
-Image<float> Estimate(const Image<float>& own, const Image<float>& wanted, Direction d) {
-  Image<float> estimate(own.width(), own.height());
-  ParallelFor(0, own.height(), [&](int y) {
-    for (int x = 0; x < own.width(); ++x) estimate(x, y) = AlongLine(own, wanted, x, y, d.dx, d.dy);
-  });
-  return estimate;
-}
-
 constexpr Direction kRow{1, 0}, kColumn{0, 1}, kFalling{1, 1}, kRising{1, -1};
 
 Places FillPlaces(const Image<float>& samples) {
+  const Image<float> own = Pad(samples, kLineBorder);
+  const auto join = [&](const Image<float>& wanted_a, Direction a, const Image<float>& wanted_b,
+                        Direction b) {
+    return Join(samples, own, Estimate(own, wanted_a, a), a, Estimate(own, wanted_b, b), b);
+  };
   Places places;
   places[0] = samples;
-  places[3] = Join(samples, Estimate(samples, samples, kFalling), kFalling,
-                   Estimate(samples, samples, kRising), kRising);
+  places[3] = join(own, kFalling, own, kRising);
   // The pixel above holds the column's kind; the one across the cell from it is the row's kind.
-  places[1] =
-      Join(samples, Estimate(samples, samples, kRow), kRow, Estimate(samples, places[3], kColumn), kColumn);
-  places[2] =
-      Join(samples, Estimate(samples, samples, kColumn), kColumn, Estimate(samples, places[3], kRow), kRow);
+  const Image<float> opposite = Pad(places[3], kLineBorder);
+  places[1] = join(own, kRow, opposite, kColumn);
+  places[2] = join(own, kColumn, opposite, kRow);
   return places;
 }
 

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "demosaic/polar_view.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "core/error.h"
 #include "core/parallel.h"
 #include "demosaic/noise.h"
 
@@ -80,6 +84,20 @@ PolarView Combine(const std::vector<AnglePlanes>& colours, Image<float>& redunda
   return view;
 }
 
+// The noise of one sample, from the picture itself: bilinear interpolation keeps a known part of it in S0,
+// S1, S2 and in the redundancy alike.
+NoiseModel EstimateSampleNoise(const Image<float>& counts, const Image<float>& light, const Sensor& sensor) {
+  const DemosaicMethod& bilinear = FindDemosaicMethod("bilinear");
+  const int reach = bilinear.Reach(sensor.layout);
+  Image<float> redundancy;
+  PolarView view = Combine(bilinear.interpolate(light, sensor.layout), redundancy);
+  MarkInvalid(view.stokes, ClippedNear(counts, sensor, reach));
+  NoiseModel model = EstimateNoise(view.stokes, redundancy, 2 * reach);
+  const double variance_kept = std::pow(bilinear.NoiseGain(sensor.layout), 2);
+  model.at_zero /= variance_kept, model.per_level /= variance_kept;
+  return model;
+}
+
 Image<float> Mean(const std::vector<Image<float>>& planes) {
   Image<float> mean(planes[0].width(), planes[0].height());
   for (const Image<float>& plane : planes)
@@ -101,17 +119,33 @@ void SetIntensity(const Picture& picture, const Sensor& sensor, PolarView& view)
 
 }  // namespace
 
+void CheckMosaic(const Image<float>& counts, const Sensor& sensor, const std::string& where) {
+  const int cell = sensor.layout.bayer.empty() ? 2 : 4, width = counts.width(), height = counts.height();
+  if (width < 4 || height < 4 || width % cell || height % cell)
+    throw Error(
+        fmt::format("a mosaic of {}x{} px does not consist of whole {}x{} cells", width, height, cell, cell),
+        where, "Crop it at whole cells, or set --layout to what the camera has");
+  const float most = *std::ranges::max_element(counts.pixels());
+  if (sensor.bits < 32 && most > std::ldexp(1.f, sensor.bits) - 1)
+    throw Error(fmt::format("a mosaic of {} bits holds the count {:.0f}", sensor.bits, most), where,
+                "Set --bits to what the camera delivers");
+  if (sensor.clips && *std::ranges::min_element(counts.pixels()) >= float(sensor.white_dn))
+    throw Error(fmt::format("every sample of this mosaic is clipped, at or above {:g}", sensor.white_dn),
+                where, "Expose shorter, or set --white-level to where the sensor clips");
+}
+
 PolarView ViewFromMosaic(const Image<float>& counts, const Sensor& sensor, const DemosaicMethod& method) {
-  Image<float> redundancy;
-  PolarView view = Combine(method.interpolate(ToLight(counts, sensor), sensor.layout), redundancy);
+  const Image<float> light = ToLight(counts, sensor);
   const int reach = method.Reach(sensor.layout);
+  Image<float> redundancy;
+  PolarView view = Combine(method.interpolate(light, sensor.layout), redundancy);
   MarkInvalid(view.stokes, ClippedNear(counts, sensor, reach));
   const double gain = method.NoiseGain(sensor.layout);
   if (sensor.dn_per_e > 0 && sensor.gamma == 1) {
     SetNoise(view.stokes, SensorNoise(sensor), gain);
   } else {
-    const NoiseModel model = EstimateNoise(view.stokes, redundancy, 2 * reach);
-    SetNoise(view.stokes, WithRounding(model, gain * sensor.QuantizationNoise()));
+    const NoiseModel sample = EstimateSampleNoise(counts, light, sensor);
+    SetNoise(view.stokes, WithRounding(sample, sensor.QuantizationNoise()), gain);
   }
   return view;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <array>
+#include <string>
 #include <vector>
 
 #include "core/image_io.h"
@@ -18,7 +19,12 @@ struct PolarView {
   std::vector<Image<float>> colour_s0;  // empty or three
 };
 
-// From one raw mosaic, counts as stored.
+// Throws Error if a mosaic cannot be what the sensor says: sides that are not whole cells (2x2 px, colour
+// 4x4), counts that the sensor's bits cannot hold, or no sample that is not clipped. where: the view's name.
+void CheckMosaic(const Image<float>& counts, const Sensor& sensor, const std::string& where);
+
+// From one raw mosaic, counts as stored. The noise of a sample is the sensor's where its gain is known; else
+// it is estimated from the bilinear view, whatever the method, and scaled by the methods' gains.
 PolarView ViewFromMosaic(const Image<float>& counts, const Sensor& sensor, const DemosaicMethod& method);
 
 // From pictures behind polarizers at 0, 45, 90, 135 degrees, grey or colour, all of one size.

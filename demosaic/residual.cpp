@@ -13,14 +13,20 @@ namespace {
 
 constexpr int kWindowRadius = 2;  // of a window, in samples of one kind
 constexpr float kWindowSize = (2 * kWindowRadius + 1) * (2 * kWindowRadius + 1);
-constexpr float kSmallestLaplacian = 1e-10f;  // squared, in units of full scale
-constexpr float kSmallestMisfit = 1e-10f;     // the same
+constexpr int kHalo = 1 + 2 * kWindowRadius + 1;  // the Laplacian, windows twice, and one for good measure
+constexpr int kBandHeight = 64;                   // px: its intermediates stay in the cache
+constexpr float kSmallestLaplacian = 1e-10f;      // squared, in units of full scale
+constexpr float kSmallestMisfit = 1e-10f;         // the same
 
-// One sample of each 2x2 cell, as a picture of its own.
-Image<float> TakeSites(const Image<float>& image, int site_x, int site_y) {
-  Image<float> sites((image.width() - site_x + 1) / 2, (image.height() - site_y + 1) / 2);
-  for (int y = 0; y < sites.height(); ++y)
-    for (int x = 0; x < sites.width(); ++x) sites(x, y) = image(2 * x + site_x, 2 * y + site_y);
+// Rows first ... last - 1 of the lattice of one sample of each 2x2 cell, reflected beyond the picture.
+Image<float> TakeSites(const Image<float>& image, int site_x, int site_y, int first, int last) {
+  Image<float> sites((image.width() - site_x + 1) / 2, last - first);
+  const int height = (image.height() - site_y + 1) / 2;
+  for (int y = first; y < last; ++y) {
+    const float* row = image.row(2 * Reflect(y, height) + site_y) + site_x;
+    float* out = sites.row(y - first);
+    for (int x = 0; x < sites.width(); ++x) out[x] = row[2 * x];
+  }
   return sites;
 }
 
@@ -113,41 +119,49 @@ void SpreadRow(const float* sites, int count, int site_x, int width, float* out)
   for (int x = site_x + 1; x + 1 < width; x += 2) out[x] = 0.5f * (out[x - 1] + out[x + 1]);
 }
 
-// The rows of sites above and below a pixel row, mean of two; beyond the border the one there is.
-void MeanOfRows(const Image<float>& sites, int y, int site_y, std::vector<float>& out) {
-  const int last = sites.height() - 1, twice = y - site_y;
-  const float *a = sites.row(std::clamp(twice >> 1, 0, last)),
-              *b = sites.row(std::clamp((twice + 1) >> 1, 0, last));
+// Row y of the picture from the lattice's rows above and below it; `first` is the lattice row that sites
+// begins with.
+void MeanOfRows(const Image<float>& sites, int first, int y, int site_y, std::vector<float>& out) {
+  const int twice = y - site_y;
+  const float *a = sites.row((twice >> 1) - first), *b = sites.row(((twice + 1) >> 1) - first);
   for (int x = 0; x < sites.width(); ++x) out[std::size_t(x)] = 0.5f * (a[x] + b[x]);
 }
 
-}  // namespace
-
-Image<float> FillByResidual(const Image<float>& samples, const Image<float>& guide, int site_x, int site_y) {
-  const Image<float> g = TakeSites(guide, site_x, site_y);
-  const Image<float> d =
-      Pixelwise(TakeSites(samples, site_x, site_y), g, [](float sample, float at) { return sample - at; });
+// Rows first ... last - 1 of the picture. They need the lattice rows around them, and those kHalo more.
+void FillBand(const Image<float>& samples, const Image<float>& guide, int site_x, int site_y, int first,
+              int last, Image<float>& filled) {
+  const int begin = ((first - site_y) >> 1) - kHalo, end = ((last - site_y) >> 1) + 1 + kHalo;
+  const Image<float> g = TakeSites(guide, site_x, site_y, begin, end);
+  const Image<float> d = Pixelwise(TakeSites(samples, site_x, site_y, begin, end), g,
+                                   [](float sample, float at) { return sample - at; });
   const Fit fit = FitWindows(g, d);
   Image<float> residual(g.width(), g.height());
   for (std::size_t i = 0; i < g.size(); ++i)
     residual.pixels()[i] = d.pixels()[i] - fit.slope.pixels()[i] * g.pixels()[i] - fit.offset.pixels()[i];
   const int width = samples.width(), count = g.width();
-  Image<float> filled(width, samples.height());
   const std::size_t row_size = static_cast<std::size_t>(width);
   std::vector<float> sites(row_size), slope(row_size), offset(row_size), rest(row_size);
-  for (int y = 0; y < samples.height(); ++y) {
+  for (int y = first; y < last; ++y) {
     const auto spread = [&](const Image<float>& image, std::vector<float>& row) {
-      MeanOfRows(image, y, site_y, sites);
+      MeanOfRows(image, begin, y, site_y, sites);
       SpreadRow(sites.data(), count, site_x, width, row.data());
     };
     spread(fit.slope, slope), spread(fit.offset, offset), spread(residual, rest);
     const float* at = guide.row(y);
     float* out = filled.row(y);
-    for (int x = 0; x < width; ++x) {
-      const std::size_t i = static_cast<std::size_t>(x);
-      out[x] = at[x] + slope[i] * at[x] + offset[i] + rest[i];
-    }
+    for (std::size_t x = 0; x < row_size; ++x) out[x] = at[x] + slope[x] * at[x] + offset[x] + rest[x];
   }
+}
+
+}  // namespace
+
+Image<float> FillByResidual(const Image<float>& samples, const Image<float>& guide, int site_x, int site_y) {
+  Image<float> filled(samples.width(), samples.height());
+  const int bands = (samples.height() + kBandHeight - 1) / kBandHeight;
+  ParallelFor(0, bands, [&](int band) {
+    FillBand(samples, guide, site_x, site_y, band * kBandHeight,
+             std::min(samples.height(), (band + 1) * kBandHeight), filled);
+  });
   return filled;
 }
 

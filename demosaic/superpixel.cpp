@@ -24,13 +24,16 @@ AnglePlanes Repeat(const Image<float>& samples, const Layout& layout, char colou
   const int width = samples.width(), height = samples.height(), cell = colour == 'm' ? 2 : 4;
   const Image<float> empty(width, height);
   AnglePlanes planes = {empty, empty, empty, empty};
-  ParallelFor(0, height, [&](int y) {
-    const int y0 = std::min(y / cell, height / cell - 1) * cell;
-    for (int x = 0; x < width; ++x) {
-      const int x0 = std::min(x / cell, width / cell - 1) * cell;
-      for (int site = 0; site < 4; ++site)
-        planes[std::size_t(layout.angles_deg[std::size_t(site)] / 45)](x, y) =
-            CellSample(samples, layout, colour, x0, y0, site);
+  const int across = width / cell, down = height / cell;
+  ParallelFor(0, down, [&](int v) {
+    const int last = v + 1 == down ? height : (v + 1) * cell;
+    for (int u = 0; u < across; ++u) {
+      const int x0 = u * cell, count = (u + 1 == across ? width : x0 + cell) - x0;
+      for (int site = 0; site < 4; ++site) {
+        const float sample = CellSample(samples, layout, colour, x0, v * cell, site);
+        Image<float>& plane = planes[std::size_t(layout.angles_deg[std::size_t(site)] / 45)];
+        for (int y = v * cell; y < last; ++y) std::fill_n(plane.row(y) + x0, count, sample);
+      }
     }
   });
   return planes;
