@@ -14,6 +14,8 @@ namespace {
 
 constexpr int kFalloffReach = 3;  // of the directional means, px of the half-size picture
 constexpr int kLineReach = 5;     // half width of the regression along a line, px
+constexpr float kSteepest =
+    2;  // slope of one colour's difference to another: a few noisy samples may claim any
 constexpr float kSmallestSquare = 1e-10f;
 constexpr std::array<float, kFalloffReach + 1> kFalloff = {0.56f, 0.35f, 0.08f,
                                                            0.01f};  // Gaussian, sigma 1 px
@@ -53,7 +55,8 @@ std::vector<float> FillLine(const std::vector<float>& samples, const std::vector
       const float u = *g.at(k) - origin, v = *s.at(k) - *g.at(k);
       ++n, u_sum += u, v_sum += v, uu += u * u, uv += u * v;
     }
-    const float slope = (uv - u_sum * v_sum / n) / (uu - u_sum * u_sum / n + kSmallestSquare);
+    const float slope = std::clamp((uv - u_sum * v_sum / n) / (uu - u_sum * u_sum / n + kSmallestSquare),
+                                   -kSteepest, kSteepest);
     tentative[std::size_t(i)] = origin + (v_sum - slope * u_sum) / n;
   }
   const PaddedLine t(tentative);

@@ -31,15 +31,15 @@ std::span<const DemosaicMethod> DemosaicMethods() {
        0.75, 0.3936},
       {"superpixel", "the samples of a cell as they are, at half the resolution", RepeatSuperpixels, 1, 3, 1,
        0.527, 1, 0.527},
-      {"difference", "differences to an edge-aware guide; fast", InterpolateDifference, 4, 14, 0.656, 0.5641,
+      {"difference", "differences to an edge-aware guide; fast", InterpolateDifference, 4, 15, 0.656, 0.5641,
        1.004, 0.778},
-      {"newton", "Newton polynomials of differences along the smoother diagonal", InterpolateNewton, 3, 14,
+      {"newton", "Newton polynomials of differences along the smoother diagonal", InterpolateNewton, 3, 15,
        0.4577, 0.3916, 1.3187, 0.944},
-      {"linear", "fitted kernels; fast, quiet S1 and S2", InterpolateLinear, 3, 14, 0.5, 0.5, 1, 1},
-      {"eari", "residual interpolation with an edge-aware guide", InterpolateEari, 4, 14, 0.5824, 0.5313,
+      {"linear", "fitted kernels; fast, quiet S1 and S2", InterpolateLinear, 3, 15, 0.5747, 0.5162, 1.409, 1},
+      {"eari", "residual interpolation with an edge-aware guide", InterpolateEari, 4, 15, 0.5824, 0.54,
        1.3555, 0.901},
       {"sharp", "residual interpolation in two passes with fitted kernels; the sharpest S0", InterpolateSharp,
-       4, 14, 0.556, 0.5091, 1.4, 0.933},
+       4, 15, 0.503, 0.4677, 1.543, 1.034},
   };
   return methods;
 }

@@ -15,17 +15,23 @@ constexpr int kWindowRadius = 2;  // of a window, in samples of one kind
 constexpr float kWindowSize = (2 * kWindowRadius + 1) * (2 * kWindowRadius + 1);
 constexpr int kHalo = 1 + 2 * kWindowRadius + 1;  // the Laplacian, windows twice, and one for good measure
 constexpr int kBandHeight = 64;                   // px: its intermediates stay in the cache
+constexpr float kSteepestFit = 2;                 // slope of a difference to the guide: noise may claim any
 constexpr float kSmallestLaplacian = 1e-10f;      // squared, in units of full scale
 constexpr float kSmallestMisfit = 1e-10f;         // the same
 
-// Rows first ... last - 1 of the lattice of one sample of each 2x2 cell, reflected beyond the picture.
+// Rows first ... last - 1 of the lattice of one sample of each 2x2 cell, with kHalo columns more on either
+// side; beyond the picture it is reflected.
 Image<float> TakeSites(const Image<float>& image, int site_x, int site_y, int first, int last) {
-  Image<float> sites((image.width() - site_x + 1) / 2, last - first);
-  const int height = (image.height() - site_y + 1) / 2;
+  const int count = (image.width() - site_x + 1) / 2;
+  Image<float> sites(count + 2 * kHalo, last - first);
   for (int y = first; y < last; ++y) {
-    const float* row = image.row(2 * Reflect(y, height) + site_y) + site_x;
-    float* out = sites.row(y - first);
-    for (int x = 0; x < sites.width(); ++x) out[x] = row[2 * x];
+    const float* row = image.row(Reflect(2 * y + site_y, image.height()));
+    float* out = sites.row(y - first) + kHalo;
+    for (int x = 0; x < count; ++x) out[x] = row[2 * x + site_x];
+    for (int i = 1; i <= kHalo; ++i) {
+      out[-i] = row[Reflect(site_x - 2 * i, image.width())];
+      out[count - 1 + i] = row[Reflect(2 * (count - 1 + i) + site_x, image.width())];
+    }
   }
   return sites;
 }
@@ -97,7 +103,8 @@ Fit FitWindows(const Image<float>& guide, const Image<float>& difference) {
   Image<float> weight(g.width(), g.height());
   for (std::size_t i = 0; i < g.size(); ++i) {
     const float mg = g.pixels()[i], md = d.pixels()[i];
-    const float a = common.pixels()[i] / (bends.pixels()[i] + kSmallestLaplacian / kWindowSize);
+    const float a = std::clamp(common.pixels()[i] / (bends.pixels()[i] + kSmallestLaplacian / kWindowSize),
+                               -kSteepestFit, kSteepestFit);
     const float misfit =
         (dd.pixels()[i] - md * md) - 2 * a * (gd.pixels()[i] - mg * md) + a * a * (gg.pixels()[i] - mg * mg);
     const float w = 1 / (std::max(misfit, 0.f) + kSmallestMisfit);
@@ -111,12 +118,13 @@ Fit FitWindows(const Image<float>& guide, const Image<float>& difference) {
   return fit;
 }
 
-// One row of sites, bilinearly in x: out[2 i + site_x] is the site itself.
-void SpreadRow(const float* sites, int count, int site_x, int width, float* out) {
-  for (int i = 0; i < count; ++i) out[2 * i + site_x] = sites[i];
-  if (site_x == 1) out[0] = out[1];
-  if (2 * count - 1 + site_x < width) out[width - 1] = out[width - 2];
-  for (int x = site_x + 1; x + 1 < width; x += 2) out[x] = 0.5f * (out[x - 1] + out[x + 1]);
+// One row of sites with its halo, bilinearly in x: out[2 i + site_x] is site i itself.
+void SpreadRow(const float* row, int site_x, int width, float* out) {
+  const float* sites = row + kHalo;
+  for (int i = 0; 2 * i + site_x < width; ++i) out[2 * i + site_x] = sites[i];
+  const float* before = sites - site_x;  // of the first pixel between
+  for (int i = 0; 2 * i + 1 - site_x < width; ++i)
+    out[2 * i + 1 - site_x] = 0.5f * (before[i] + before[i + 1]);
 }
 
 // Row y of the picture from the lattice's rows above and below it; `first` is the lattice row that sites
@@ -138,13 +146,13 @@ void FillBand(const Image<float>& samples, const Image<float>& guide, int site_x
   Image<float> residual(g.width(), g.height());
   for (std::size_t i = 0; i < g.size(); ++i)
     residual.pixels()[i] = d.pixels()[i] - fit.slope.pixels()[i] * g.pixels()[i] - fit.offset.pixels()[i];
-  const int width = samples.width(), count = g.width();
+  const int width = samples.width();
   const std::size_t row_size = static_cast<std::size_t>(width);
-  std::vector<float> sites(row_size), slope(row_size), offset(row_size), rest(row_size);
+  std::vector<float> sites(std::size_t(g.width())), slope(row_size), offset(row_size), rest(row_size);
   for (int y = first; y < last; ++y) {
     const auto spread = [&](const Image<float>& image, std::vector<float>& row) {
       MeanOfRows(image, begin, y, site_y, sites);
-      SpreadRow(sites.data(), count, site_x, width, row.data());
+      SpreadRow(sites.data(), site_x, width, row.data());
     };
     spread(fit.slope, slope), spread(fit.offset, offset), spread(residual, rest);
     const float* at = guide.row(y);
