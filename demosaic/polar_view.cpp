@@ -18,7 +18,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 PolarView EmptyView(int width, int height) {
   const Image<float> zero(width, height);
-  return {{zero, zero, zero, zero}, {}};
+  return {{zero, zero, zero, zero}, {}, {}};
 }
 
 void MarkInvalid(StokesImage& image, const Image<std::uint8_t>& clipped) {
@@ -147,6 +147,7 @@ PolarView ViewFromMosaic(const Image<float>& counts, const Sensor& sensor, const
     const NoiseModel sample = EstimateSampleNoise(counts, light, sensor);
     SetNoise(view.stokes, WithRounding(sample, sensor.QuantizationNoise()), gain);
   }
+  view.redundancy = std::move(redundancy);
   return view;
 }
 
@@ -163,6 +164,7 @@ PolarView ViewFromAngles(const std::array<const Picture*, 4>& pictures, const Se
   const NoiseModel model = known ? SensorNoise(sensor) : EstimateNoise(view.stokes, redundancy, 1);
   SetNoise(view.stokes, WithRounding(model, sensor.QuantizationNoise()),
            known ? 1 / std::sqrt(double(colours.size())) : 1);
+  view.redundancy = std::move(redundancy);
   return view;
 }
 

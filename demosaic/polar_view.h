@@ -17,6 +17,7 @@ namespace polarscan {
 struct PolarView {
   StokesImage stokes;
   std::vector<Image<float>> colour_s0;  // empty or three
+  Image<float> redundancy;              // I0 + I90 - I45 - I135; empty where the source has no four angles
 };
 
 // Throws Error if a mosaic cannot be what the sensor says: sides that are not whole cells (2x2 px, colour
