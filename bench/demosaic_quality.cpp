@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// demosaic_quality TRUTH: every demosaicing method on every plane of the ground truth in TRUTH
+// demosaic_quality TRUTH [NOISE]: every demosaicing method on every plane of the ground truth in TRUTH
 // (bench/ground_truth.h), as the tables of docs/demosaic.md. Fitted kernels are fitted anew for each scene,
-// without that scene. opencv-bilinear, in colour, is a rival: OpenCV's bilinear Bayer step and bilinear
-// polarization.
+// without that scene. NOISE: standard deviation of what is added to each sample, of full scale.
+// opencv-bilinear, in colour, is a rival: OpenCV's bilinear Bayer step and bilinear polarization.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -13,6 +13,7 @@
 
 #include "bench/kernel_fit.h"
 #include "core/error.h"
+#include "core/random.h"
 #include "demosaic/bayer.h"
 #include "demosaic/bilinear.h"
 #include "demosaic/sharp.h"
@@ -102,6 +103,7 @@ std::vector<AnglePlanes> OpenCvBilinear(const Image<float>& samples, const Layou
 std::vector<Rival> Rivals(const LinearKernels& kernels) {
   std::vector<Rival> rivals;
   for (const DemosaicMethod& method : DemosaicMethods()) {
+    if (method.name == "preview") continue;  // another name of bilinear
     if (method.name == "linear") {
       rivals.push_back({method.name, [&kernels](const Image<float>& samples, const Layout& layout) {
                           return InterpolateByColour(samples, layout,
@@ -165,6 +167,12 @@ void PrintMeans(const std::vector<Line>& lines, const std::vector<double>& plane
   }
 }
 
+Image<float> AddNoise(Image<float> mosaic, double sigma) {
+  Random random(1);
+  for (float& sample : mosaic.pixels()) sample += float(sigma * random.Normal());
+  return mosaic;
+}
+
 std::vector<LinearKernels> FitWithoutEach(const std::vector<TruthScene>& scenes) {
   std::vector<KernelSums> sums(scenes.size());
   for (std::size_t i = 0; i < scenes.size(); ++i)
@@ -179,7 +187,8 @@ std::vector<LinearKernels> FitWithoutEach(const std::vector<TruthScene>& scenes)
   return kernels;
 }
 
-void MeasureMono(const std::vector<TruthScene>& scenes, const std::vector<LinearKernels>& kernels) {
+void MeasureMono(const std::vector<TruthScene>& scenes, const std::vector<LinearKernels>& kernels,
+                 double noise) {
   const Layout layout = ParseLayout("90 45 / 135 0");
   std::vector<Line> lines;
   std::vector<double> planes;
@@ -187,7 +196,7 @@ void MeasureMono(const std::vector<TruthScene>& scenes, const std::vector<Linear
     for (const Rival& rival : Rivals(kernels[i])) {
       Scores sum{};
       for (const AnglePlanes& plane : scenes[i].colours)
-        sum += Score(rival.method(SampleMono(plane, layout), layout)[0], plane);
+        sum += Score(rival.method(AddNoise(SampleMono(plane, layout), noise), layout)[0], plane);
       planes.push_back(double(scenes[i].colours.size()));
       lines.push_back({scenes[i].name, rival.name, sum / planes.back()});
     }
@@ -195,7 +204,8 @@ void MeasureMono(const std::vector<TruthScene>& scenes, const std::vector<Linear
   PrintMeans(lines, planes);
 }
 
-void MeasureColour(const std::vector<TruthScene>& scenes, const std::vector<LinearKernels>& kernels) {
+void MeasureColour(const std::vector<TruthScene>& scenes, const std::vector<LinearKernels>& kernels,
+                   double noise) {
   const Layout layout = ParseLayout("90 45 / 135 0 rggb");
   std::vector<Line> lines;
   std::vector<double> planes;
@@ -203,7 +213,7 @@ void MeasureColour(const std::vector<TruthScene>& scenes, const std::vector<Line
     if (scenes[i].colours.size() != 3) continue;
     std::vector<Rival> rivals = Rivals(kernels[i]);
     rivals.insert(rivals.begin(), {"opencv-bilinear", OpenCvBilinear});
-    const Image<float> mosaic = SampleColour(scenes[i].colours, layout);
+    const Image<float> mosaic = AddNoise(SampleColour(scenes[i].colours, layout), noise);
     for (const Rival& rival : rivals) {
       const std::vector<AnglePlanes> result = rival.method(mosaic, layout);
       Scores sum{};
@@ -216,20 +226,20 @@ void MeasureColour(const std::vector<TruthScene>& scenes, const std::vector<Line
   PrintMeans(lines, planes);
 }
 
-void Run(const char* folder) {
+void Run(const char* folder, double noise) {
   const std::vector<TruthScene> scenes = ReadTruth(folder);
   const std::vector<LinearKernels> kernels = FitWithoutEach(scenes);
-  MeasureMono(scenes, kernels);
-  MeasureColour(scenes, kernels);
+  MeasureMono(scenes, kernels, noise);
+  MeasureColour(scenes, kernels, noise);
 }
 
 }  // namespace
 }  // namespace polarscan::bench
 
 int main(int argc, char** argv) {
-  if (argc != 2) return std::fputs("usage: demosaic_quality TRUTH\n", stderr), 2;
+  if (argc < 2 || argc > 3) return std::fputs("usage: demosaic_quality TRUTH [NOISE]\n", stderr), 2;
   try {
-    polarscan::bench::Run(argv[1]);
+    polarscan::bench::Run(argv[1], argc > 2 ? std::atof(argv[2]) : 0);
   } catch (const std::exception& error) {
     return std::fprintf(stderr, "demosaic_quality: %s\n", error.what()), 1;
   }

@@ -48,9 +48,9 @@ class FusedDemosaic::Implementation {
  public:
   Implementation(const std::string& method, const Sensor& sensor, const PixelFormat& format, int width,
                  int height)
-      : method_(method), format_(format), width_(width), height_(height) {
-    if (method != "bilinear" && method != "difference" && method != "linear")
-      throw Error("this method has no fast path", method, "Known: bilinear, difference, linear");
+      : method_(method == "preview" ? "bilinear" : method), format_(format), width_(width), height_(height) {
+    if (method_ != "bilinear" && method_ != "difference" && method_ != "linear")
+      throw Error("this method has no fast path", method, "Known: preview, bilinear, difference, linear");
     if (!sensor.layout.bayer.empty() || !format.bayer.empty() || sensor.gamma != 1)
       throw Error("the fast path is for mono sensors with gamma 1", ToString(sensor.layout));
     if (width < 4 || height < 4)
@@ -61,7 +61,7 @@ class FusedDemosaic::Implementation {
       shares_[y] = SharesOfRow(sensor.layout, y);
       kernels_[y] = KernelsOfRow(KernelsFor(carriers, FittedKernels()), carriers, y);
     }
-    reach_ = method == "bilinear" ? 1 : method == "linear" ? 3 : 5;
+    reach_ = method_ == "bilinear" ? 1 : method_ == "linear" ? 3 : 5;
     stride_ = std::size_t((width + 2 * kBorder + kSlack + 15) / 16 * 16);
     band_size_ = stride_ * std::size_t(kBandRows + 2 * reach_);
   }

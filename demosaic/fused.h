@@ -17,7 +17,7 @@ struct PolarPlanes {
 
 // From a camera's bytes to S0, S1, S2, DoP, AoP in one pass, for live use: bands of rows go through
 // unpacking, demosaicing and Stokes while they are in the cache, on TBB's threads, with vector instructions
-// chosen at run time. Methods: bilinear, difference, linear; mono sensors with gamma 1.
+// chosen at run time. Methods: bilinear (alias preview), difference, linear; mono sensors with gamma 1.
 //
 // The siblings to compare with are Unpack, ToLight and the functions of method.h: S0, S1, S2 differ from
 // theirs by no more than 4e-6 of full scale (sums are ordered differently), AoP from the C library's by 2e-5

@@ -29,6 +29,8 @@ std::span<const DemosaicMethod> DemosaicMethods() {
   static const DemosaicMethod methods[] = {
       {"bilinear", "mean of the nearest samples of the same kind", InterpolateBilinear, 1, 3, 0.75, 0.3936,
        0.75, 0.3936},
+      {"preview", "the same as bilinear, for live use", InterpolateBilinear, 1, 3, 0.75, 0.3936, 0.75,
+       0.3936},
       {"superpixel", "the samples of a cell as they are, at half the resolution", RepeatSuperpixels, 1, 3, 1,
        0.527, 1, 0.527},
       {"difference", "differences to an edge-aware guide; fast", InterpolateDifference, 4, 15, 0.656, 0.5641,
