@@ -40,7 +40,7 @@ std::span<const DemosaicMethod> DemosaicMethods();
 const DemosaicMethod& FindDemosaicMethod(const std::string& name);
 
 struct DemosaicOptions {
-  std::string method = "bilinear";
+  std::string method = "eari";  // why: docs/demosaic.md, "Which one"
 };
 OptionTable Table(DemosaicOptions& options);
 
