@@ -48,24 +48,24 @@ Image<float> Laplacian(const Image<float>& image) {
   return laplacian;
 }
 
-// The mean over the window around each pixel, in place.
+// The mean over the window around each pixel, in place. Beyond the border the nearest row and column count;
+// that reaches only halos.
 void AverageWindows(Image<float>& image) {
+  static_assert(kWindowRadius == 2);
   const int width = image.width(), height = image.height();
   Image<float> sums(width + 2 * kWindowRadius, height);
-  std::vector<float> column(static_cast<std::size_t>(width));
   for (int y = 0; y < height; ++y) {
-    std::fill(column.begin(), column.end(), 0.f);
-    for (int k = -kWindowRadius; k <= kWindowRadius; ++k) {
-      const float* row = image.row(Reflect(y + k, height));
-      for (int x = 0; x < width; ++x) column[std::size_t(x)] += row[x];
-    }
-    PadRow(column.data(), width, kWindowRadius, sums.row(y));
+    const auto row = [&](int k) { return image.row(std::clamp(y + k, 0, height - 1)); };
+    const float *a = row(-2), *b = row(-1), *c = row(0), *d = row(1), *e = row(2);
+    float* out = sums.row(y) + kWindowRadius;
+    for (int x = 0; x < width; ++x) out[x] = ((a[x] + e[x]) + (b[x] + d[x])) + c[x];
+    out[-2] = out[-1] = out[0], out[width] = out[width + 1] = out[width - 1];
   }
   for (int y = 0; y < height; ++y) {
     const float* row = sums.row(y);
     float* out = image.row(y);
     for (int x = 0; x < width; ++x)
-      out[x] = (((row[x] + row[x + 4]) + (row[x + 1] + row[x + 3])) + row[x + 2]) / kWindowSize;
+      out[x] = (((row[x] + row[x + 4]) + (row[x + 1] + row[x + 3])) + row[x + 2]) * (1 / kWindowSize);
   }
 }
 
