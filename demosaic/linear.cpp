@@ -79,7 +79,7 @@ AnglePlanes FillByKernels(const Image<float>& samples, const Layout& layout, con
   const Image<float> s0 = Convolve(samples, set.s0), first = Convolve(samples, set.first),
                      second = Convolve(samples, set.second);
   AnglePlanes planes = FillAngles(samples, layout);
-  const auto& [a, b] = carriers;
+  const Carrier &a = carriers[0], &b = carriers[1];
   ParallelFor(0, samples.height(), [&](int y) {
     for (int x = 0; x < samples.width(); ++x) {
       const float redundancy = planes[0](x, y) + planes[2](x, y) - planes[1](x, y) - planes[3](x, y);

@@ -52,7 +52,7 @@ NoiseModel WithRounding(NoiseModel model, double rounding) {
 
 // Adds one colour's share to the mean over the colours, and to the redundancy I0 + I90 - I45 - I135.
 void AddStokes(const AnglePlanes& planes, float share, StokesImage& image, Image<float>& redundancy) {
-  const auto& [i0, i45, i90, i135] = planes;
+  const Image<float>&i0 = planes[0], &i45 = planes[1], &i90 = planes[2], &i135 = planes[3];
   ParallelFor(0, i0.height(), [&](int y) {
     for (int x = 0; x < i0.width(); ++x) {
       const float straight = i0(x, y) + i90(x, y), diagonal = i45(x, y) + i135(x, y);
