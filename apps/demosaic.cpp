@@ -11,11 +11,12 @@ struct DemosaicCommand {
   std::string input, views;
   InputOptions input_options;
   DemosaicOptions options;
+  bool pictures = false;
 };
 
 void Run(const DemosaicCommand& command, Context& context) {
   const Input input = OpenInput(command.input, command.input_options);
-  MakeStokesViews(input, command.views, command.options, context.progress);
+  MakeStokesViews(input, command.views, command.options, context.progress, command.pictures);
   context.Finish({{"input", ToJson(input)}, {"views", input.views.size()}, {"folder", command.views}},
                  fmt::format("{} views in {}", input.views.size(), command.views));
 }
@@ -30,6 +31,9 @@ void AddDemosaicCommand(CLI::App& app, Context& context) {
       ->required()
       ->check(CLI::ExistingDirectory);
   sub->add_option("-o,--output", command->views, "The folder for the views")->required();
+  sub->add_flag(
+      "--pictures", command->pictures,
+      "Also pictures/VIEW/: angle and degree of polarization, diffuse, specular, redundancy, as PNG");
   AddOptions(*sub, Table(command->input_options));
   AddOptions(*sub, Table(command->options));
   sub->callback([command, &context] { Run(*command, context); });

@@ -27,6 +27,7 @@ PolarView MakeUnmirrored(const Input& input, const LoadedView& loaded, const Dem
   const std::vector<Picture>& p = loaded.pictures;
   switch (input.kind) {
     case InputKind::kMosaic:
+      if (p.size() == 1) CheckMosaic(p[0].planes[0], input.sensor, loaded.name);
       return ViewFromLight(MosaicOf(input, loaded), input.sensor, FindDemosaicMethod(options.method));
     case InputKind::kAngles:
       return ViewFromAngles({&p[0], &p[1], &p[2], &p[3]}, input.sensor);

@@ -83,6 +83,7 @@ void ViewStore::RemoveAllBut(const std::vector<std::string>& names) {
     if (std::ranges::find(names, name) == names.end()) stale.push_back(name);
   for (const std::string& name : stale) {
     for (const fs::path& path : {StokesPath(name), PicturePath(name), MaskPath(name)}) fs::remove(path);
+    fs::remove_all(PicturesFolder(name));
     state_["views"].erase(name);
   }
   Save();
@@ -92,6 +93,9 @@ json ViewStore::Sizes(const std::string& name) const {
   json sizes = json::object();
   for (const fs::path& path : {StokesPath(name), PicturePath(name), MaskPath(name)})
     if (fs::exists(path)) sizes[fs::relative(path, folder_).string()] = fs::file_size(path);
+  if (fs::is_directory(PicturesFolder(name)))
+    for (const fs::directory_entry& entry : fs::directory_iterator(PicturesFolder(name)))
+      sizes[fs::relative(entry.path(), folder_).string()] = entry.file_size();
   return sizes;
 }
 

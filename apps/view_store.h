@@ -23,6 +23,9 @@ class ViewStore {
     return folder_ / "masks" / (name + ".png");
   }
 
+  // The folder of pictures for people, if they are asked for (view_pictures.h).
+  std::filesystem::path PicturesFolder(const std::string& name) const { return folder_ / "pictures" / name; }
+
   void Describe(const std::string& kind, bool polarized);
   // The scale that was measured under this key, if that is the one kept.
   std::optional<double> Scale(const std::string& key) const;

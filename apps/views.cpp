@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/view_pictures.h"
 #include "apps/view_store.h"
 #include "core/files.h"
 #include "core/parallel.h"
@@ -105,14 +106,19 @@ double UpdateScale(const Input& input, const DemosaicOptions& options,
   return scale;
 }
 
-void WriteView(const Input& input, int index, const DemosaicOptions& options, double scale, ViewStore& store,
-               const Progress& progress) {
+void WriteView(const Input& input, int index, const DemosaicOptions& options, double scale, bool pictures,
+               ViewStore& store, const Progress& progress) {
   const LoadedView loaded = ReadView(input, index);
   progress.Check();
   const PolarView view = MakeView(input, loaded, options);
   progress.Check();
   WriteStokes(store.StokesPath(loaded.name), view.stokes);
   WritePicture(store.PicturePath(loaded.name), view, scale);
+  if (pictures) {
+    WriteViewPictures(store.PicturesFolder(loaded.name), view, scale);
+  } else {
+    fs::remove_all(store.PicturesFolder(loaded.name));
+  }
   if (loaded.mask.empty()) {
     fs::remove(store.MaskPath(loaded.name));
   } else {
@@ -136,7 +142,7 @@ void ForEachBounded(const std::vector<int>& items, F&& f) {
 }  // namespace
 
 void MakeStokesViews(const Input& input, const fs::path& folder, const DemosaicOptions& options,
-                     Progress& progress) {
+                     Progress& progress, bool pictures) {
   FindDemosaicMethod(options.method);
   for (const std::string& note : input.notes) input.polarized() ? progress.Info(note) : progress.Warn(note);
   const std::vector<std::uint64_t> hashes = HashViews(input, options, progress);
@@ -146,7 +152,8 @@ void MakeStokesViews(const Input& input, const fs::path& folder, const DemosaicO
 
   std::vector<std::string> names;
   std::vector<int> todo;
-  const auto key = [&](int i) { return ToHex(Hash(fmt::format("{}", scale), hashes[std::size_t(i)])); };
+  const std::string shown = fmt::format("{}{}", scale, pictures ? " pictures" : "");
+  const auto key = [&](int i) { return ToHex(Hash(shown, hashes[std::size_t(i)])); };
   for (int i = 0; i < int(input.views.size()); ++i) {
     names.push_back(input.views[std::size_t(i)].name);
     if (!store.IsValid(names.back(), key(i), input.views[std::size_t(i)].mask.has_value())) todo.push_back(i);
@@ -156,7 +163,7 @@ void MakeStokesViews(const Input& input, const fs::path& folder, const DemosaicO
   progress.Begin("Stokes views", todo.size());
   ForEachBounded(todo, [&](int i) {
     progress.Check();
-    WriteView(input, i, options, scale, store, progress);
+    WriteView(input, i, options, scale, pictures, store, progress);
     store.Record(input.views[std::size_t(i)].name, key(i));
     progress.Advance();
   });

@@ -78,6 +78,14 @@ Image<float> Fill(const Image<float>& samples, const Sites& wanted, int step) {
   return filled;
 }
 
+Image<float> FillColour(const Image<float>& samples, const Layout& layout, char colour) {
+  Sites wanted;
+  for (std::size_t i = 0; i < 4; ++i) wanted[i] = layout.bayer[i] == colour;
+  return Fill(samples, wanted, 2);
+}
+
+}  // namespace
+
 AnglePlanes FillAngles(const Image<float>& samples, const Layout& layout) {
   AnglePlanes planes;
   for (std::size_t a = 0; a < 4; ++a) {
@@ -88,18 +96,14 @@ AnglePlanes FillAngles(const Image<float>& samples, const Layout& layout) {
   return planes;
 }
 
-Image<float> FillColour(const Image<float>& samples, const Layout& layout, char colour) {
-  Sites wanted;
-  for (std::size_t i = 0; i < 4; ++i) wanted[i] = layout.bayer[i] == colour;
-  return Fill(samples, wanted, 2);
-}
-
-}  // namespace
-
-std::vector<AnglePlanes> InterpolateBilinear(const Image<float>& samples, const Layout& layout) {
+void CheckMosaicSize(const Image<float>& samples) {
   if (samples.width() < 4 || samples.height() < 4)
     throw Error("a mosaic needs at least 4x4 pixels",
                 std::to_string(samples.width()) + "x" + std::to_string(samples.height()));
+}
+
+std::vector<AnglePlanes> InterpolateBilinear(const Image<float>& samples, const Layout& layout) {
+  CheckMosaicSize(samples);
   if (layout.bayer.empty()) return {FillAngles(samples, layout)};
   std::vector<AnglePlanes> colours;
   for (const char colour : {'r', 'g', 'b'})

@@ -12,4 +12,10 @@ namespace polarscan {
 // least 4x4.
 std::vector<AnglePlanes> InterpolateBilinear(const Image<float>& samples, const Layout& layout);
 
+// The second half of it: every pixel gets all four angles of a mono mosaic (layout.bayer is not looked at).
+AnglePlanes FillAngles(const Image<float>& samples, const Layout& layout);
+
+// Throws Error if a mosaic is smaller than 4x4.
+void CheckMosaicSize(const Image<float>& samples);
+
 }  // namespace polarscan

@@ -152,6 +152,22 @@ Image<std::uint16_t> Unpack(const PixelFormat& format, std::span<const std::uint
   return samples;
 }
 
+std::vector<std::uint16_t> UnpackSamples(const PixelFormat& format, std::span<const std::uint8_t> payload,
+                                         std::size_t first, std::size_t count) {
+  if (BytesOf(format, first + count) > payload.size())
+    throw Error(fmt::format("sample {} does not fit in {} bytes", first + count, payload.size()),
+                format.name);
+  // 30 bytes are a whole number of groups in every format.
+  const std::size_t begin = first * BitsOnTheWire(format) / 240 * 30,
+                    skipped = begin * 8 / BitsOnTheWire(format);
+  std::vector<std::uint8_t> bytes(payload.begin() + std::ptrdiff_t(begin),
+                                  payload.begin() + std::ptrdiff_t(BytesOf(format, first + count)));
+  bytes.resize(bytes.size() + 2);  // whole groups may be read at the end
+  std::vector<std::uint16_t> samples(count);
+  UnpackRun(format, bytes.data(), first - skipped, count, samples.data());
+  return samples;
+}
+
 std::vector<std::uint8_t> Pack(const PixelFormat& format, const Image<std::uint16_t>& samples) {
   const std::size_t size = BytesOf(format, samples.size());
   std::vector<std::uint8_t> bytes(size + 2);

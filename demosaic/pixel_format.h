@@ -44,6 +44,11 @@ std::size_t PayloadBytes(const PixelFormat& format, int width, int height, std::
 Image<std::uint16_t> Unpack(const PixelFormat& format, std::span<const std::uint8_t> payload, int width,
                             int height, std::size_t stride = 0);
 
+// `count` samples from number `first` on, of a picture without padding. Throws Error if there are not so
+// many.
+std::vector<std::uint16_t> UnpackSamples(const PixelFormat& format, std::span<const std::uint8_t> payload,
+                                         std::size_t first, std::size_t count);
+
 // The other way, without padding; bits above the format's are cut off.
 std::vector<std::uint8_t> Pack(const PixelFormat& format, const Image<std::uint16_t>& samples);
 

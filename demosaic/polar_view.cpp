@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "demosaic/polar_view.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "core/error.h"
 #include "core/parallel.h"
 #include "demosaic/noise.h"
 
@@ -14,7 +18,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 PolarView EmptyView(int width, int height) {
   const Image<float> zero(width, height);
-  return {{zero, zero, zero, zero}, {}};
+  return {{zero, zero, zero, zero}, {}, {}};
 }
 
 void MarkInvalid(StokesImage& image, const Image<std::uint8_t>& marks) {
@@ -74,7 +78,7 @@ NoiseModel WithRounding(NoiseModel model, double rounding) {
 
 // Adds one colour's share to the mean over the colours, and to the redundancy I0 + I90 - I45 - I135.
 void AddStokes(const AnglePlanes& planes, float share, StokesImage& image, Image<float>& redundancy) {
-  const auto& [i0, i45, i90, i135] = planes;
+  const Image<float>&i0 = planes[0], &i45 = planes[1], &i90 = planes[2], &i135 = planes[3];
   ParallelFor(0, i0.height(), [&](int y) {
     for (int x = 0; x < i0.width(); ++x) {
       const float straight = i0(x, y) + i90(x, y), diagonal = i45(x, y) + i135(x, y);
@@ -122,6 +126,21 @@ void Recover(const std::array<const Picture*, 4>& pictures, std::size_t colour, 
   }
 }
 
+// The noise of one sample, from the picture itself: bilinear interpolation keeps a known part of it in S0,
+// S1, S2 and in the redundancy alike.
+NoiseModel EstimateSampleNoise(const LitMosaic& mosaic, const Sensor& sensor) {
+  const DemosaicMethod& bilinear = FindDemosaicMethod("bilinear");
+  const int reach = bilinear.Reach(sensor.layout);
+  Image<float> redundancy;
+  PolarView view = Combine(bilinear.interpolate(mosaic.light, sensor.layout), redundancy);
+  MarkInvalid(view.stokes, Grown(Marks(mosaic.state, SampleState::kLost), reach));
+  NoiseModel model = EstimateFrom(view.stokes, redundancy, 2 * reach,
+                                  Grown(Marks(mosaic.state, SampleState::kRecovered), reach));
+  const double variance_kept = std::pow(bilinear.NoiseGain(sensor.layout), 2);
+  model.at_zero /= variance_kept, model.per_level /= variance_kept;
+  return model;
+}
+
 Image<float> Mean(const std::vector<Image<float>>& planes) {
   Image<float> mean(planes[0].width(), planes[0].height());
   for (const Image<float>& plane : planes)
@@ -143,6 +162,21 @@ void SetIntensity(const Picture& picture, const Sensor& sensor, PolarView& view)
 
 }  // namespace
 
+void CheckMosaic(const Image<float>& counts, const Sensor& sensor, const std::string& where) {
+  const int cell = sensor.layout.bayer.empty() ? 2 : 4, width = counts.width(), height = counts.height();
+  if (width < 4 || height < 4 || width % cell || height % cell)
+    throw Error(
+        fmt::format("a mosaic of {}x{} px does not consist of whole {}x{} cells", width, height, cell, cell),
+        where, "Crop it at whole cells, or set --layout to what the camera has");
+  const float most = *std::ranges::max_element(counts.pixels());
+  if (sensor.bits < 32 && most > std::ldexp(1.f, sensor.bits) - 1)
+    throw Error(fmt::format("a mosaic of {} bits holds the count {:.0f}", sensor.bits, most), where,
+                "Set --bits to what the camera delivers");
+  if (sensor.clips && *std::ranges::min_element(counts.pixels()) >= float(sensor.white_dn))
+    throw Error(fmt::format("every sample of this mosaic is clipped, at or above {:g}", sensor.white_dn),
+                where, "Expose shorter, or set --white-level to where the sensor clips");
+}
+
 PolarView ViewFromMosaic(const Image<float>& counts, const Sensor& sensor, const DemosaicMethod& method,
                          const MosaicCorrection& correction) {
   return ViewFromLight(ToLitMosaic(counts, sensor, correction), sensor, method);
@@ -160,10 +194,11 @@ PolarView ViewFromLight(const LitMosaic& mosaic, const Sensor& sensor, const Dem
   } else if (sensor.dn_per_e > 0 && sensor.gamma == 1) {
     SetNoise(view.stokes, SensorNoise(sensor), gain);
   } else {
-    const NoiseModel model = EstimateFrom(view.stokes, redundancy, 2 * reach, recovered);
-    SetNoise(view.stokes, WithRounding(model, gain * sensor.QuantizationNoise()));
+    const NoiseModel sample = EstimateSampleNoise(mosaic, sensor);
+    SetNoise(view.stokes, WithRounding(sample, sensor.QuantizationNoise()), gain);
   }
   RaiseNoise(view.stokes, recovered);
+  view.redundancy = std::move(redundancy);
   return view;
 }
 
@@ -184,6 +219,8 @@ PolarView ViewFromAngles(const std::array<const Picture*, 4>& pictures, const Se
   SetNoise(view.stokes, WithRounding(model, sensor.QuantizationNoise()),
            known ? 1 / std::sqrt(double(colours.size())) : 1);
   RaiseNoise(view.stokes, recovered);
+
+  view.redundancy = std::move(redundancy);
   return view;
 }
 

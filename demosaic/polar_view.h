@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <array>
+#include <string>
 #include <vector>
 
 #include "core/image_io.h"
@@ -17,9 +18,16 @@ namespace polarscan {
 struct PolarView {
   StokesImage stokes;
   std::vector<Image<float>> colour_s0;  // empty or three
+  Image<float> redundancy;              // I0 + I90 - I45 - I135; empty where the source has no four angles
 };
 
-// From one raw mosaic, counts as stored. A clipped sample alone in its cell is recovered from the other
+// Throws Error if a mosaic cannot be what the sensor says: sides that are not whole cells (2x2 px, colour
+// 4x4), counts that the sensor's bits cannot hold, or no sample that is not clipped. where: the view's name.
+void CheckMosaic(const Image<float>& counts, const Sensor& sensor, const std::string& where);
+
+// From one raw mosaic, counts as stored. The noise of a sample is the mosaic's own or the sensor's where
+// its gain is known; else it is estimated from the bilinear view, whatever the method, and scaled by the
+// method's gain. A clipped sample alone in its cell is recovered from the other
 // three, and its surroundings get kRecoveredNoise times the noise; more than one make theirs invalid.
 PolarView ViewFromMosaic(const Image<float>& counts, const Sensor& sensor, const DemosaicMethod& method,
                          const MosaicCorrection& correction = {});

@@ -63,6 +63,23 @@ TEST_F(DemosaicCommand, WritesStokesPicturesMasksAndWhatIsDone) {
   EXPECT_EQ(done["views"].size(), 2u);
 }
 
+TEST_F(DemosaicCommand, WritesPicturesForPeopleOnlyWhenAskedTo) {
+  WriteAngles("a", 0.8, 0.3, 0);
+  ASSERT_EQ(Run().exit_code, 0);
+  EXPECT_FALSE(fs::exists(Views() / "pictures"));
+  ASSERT_EQ(Run({"--bits", "16", "--pictures"}).exit_code, 0);
+  for (const char* name : {"s0", "diffuse", "specular", "dop", "aop", "aop_dop", "aop_even", "redundancy"})
+    EXPECT_EQ(ReadPicture(Views() / "pictures/a" / (std::string(name) + ".png")).width(), 40) << name;
+  const Picture aop = ReadPicture(Views() / "pictures/a/aop.png");  // 0 degrees: red
+  EXPECT_GT(aop.planes[0](3, 3), 250);
+  EXPECT_LT(aop.planes[1](3, 3), 10);
+  fs::remove(Views() / "pictures/a/dop.png");
+  ASSERT_EQ(Run({"--bits", "16", "--pictures"}).exit_code, 0);
+  EXPECT_TRUE(fs::exists(Views() / "pictures/a/dop.png"));
+  ASSERT_EQ(Run().exit_code, 0);
+  EXPECT_FALSE(fs::exists(Views() / "pictures/a"));
+}
+
 TEST_F(DemosaicCommand, RunAgainKeepsWhatIsValidAndMakesTheRest) {
   for (const char* view : {"a", "b", "c", "d"}) WriteAngles(view, 0.8, 0.3, -0.1);
   ASSERT_EQ(Run().exit_code, 0);

@@ -67,68 +67,6 @@ TEST(Bilinear, RefusesAMosaicThatIsTooSmall) {
   EXPECT_THROW(InterpolateBilinear({}, {}), Error);
 }
 
-// Sum over all samples of squared weights in S0 and S1, mean over one cell of output pixels, from the
-// method's answer to single bright samples.
-std::array<double, 2> NoiseGains(const DemosaicMethod& method, const Layout& layout) {
-  const int size = 20, cell = 4, corner = 8;
-  double gain0 = 0, gain1 = 0;
-  for (int v = 0; v < size; ++v)
-    for (int u = 0; u < size; ++u) {
-      Image<float> impulse(size, size);
-      impulse(u, v) = 1;
-      const auto colours = method.interpolate(impulse, layout);
-      for (int y = corner; y < corner + cell; ++y)
-        for (int x = corner; x < corner + cell; ++x) {
-          double s0 = 0, s1 = 0;
-          for (const auto& [i0, i45, i90, i135] : colours) {
-            s0 += (i0(x, y) + i45(x, y) + i90(x, y) + i135(x, y)) / 2 / double(colours.size());
-            s1 += (i0(x, y) - i90(x, y)) / double(colours.size());
-          }
-          gain0 += s0 * s0 / (cell * cell), gain1 += s1 * s1 / (cell * cell);
-        }
-    }
-  return {std::sqrt(gain0), std::sqrt(gain1)};
-}
-
-TEST(DemosaicMethods, StateHowMuchOfTheNoiseTheyKeep) {
-  for (const DemosaicMethod& method : DemosaicMethods())
-    for (const char* bayer : {"", "rggb", "bggr", "grbg", "gbrg"}) {
-      const Layout layout = {{90, 45, 135, 0}, bayer};
-      const auto [s0, s1] = NoiseGains(method, layout);
-      EXPECT_NEAR(method.NoiseGain(layout), s0, 1e-3) << method.name << bayer;
-      EXPECT_NEAR(std::sqrt(2) * method.NoiseGain(layout), s1, 2e-3) << method.name << bayer;
-    }
-}
-
-TEST(DemosaicMethods, StateHowFarTheyLook) {
-  for (const DemosaicMethod& method : DemosaicMethods())
-    for (const char* bayer : {"", "rggb"}) {
-      const Layout layout = {{90, 45, 135, 0}, bayer};
-      for (int phase = 0; phase < 16; ++phase) {
-        const int u = 12 + phase % 4, v = 12 + phase / 4;
-        Image<float> impulse(28, 28);
-        impulse(u, v) = 1;
-        for (const AnglePlanes& planes : method.interpolate(impulse, layout))
-          for (const Image<float>& plane : planes)
-            for (int y = 0; y < 28; ++y)
-              for (int x = 0; x < 28; ++x)
-                if (plane(x, y) != 0) {
-                  EXPECT_LE(std::max(std::abs(x - u), std::abs(y - v)), method.Reach(layout))
-                      << method.name << bayer;
-                }
-      }
-    }
-}
-
-TEST(DemosaicMethods, AnUnknownNameIsAnErrorThatListsTheKnownOnes) {
-  try {
-    FindDemosaicMethod("magic");
-    ADD_FAILURE();
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("bilinear"), std::string::npos);
-  }
-}
-
 // Peak signal-to-noise ratio in dB, peak 1, without 15 pixels at the border.
 class Psnr {
  public:

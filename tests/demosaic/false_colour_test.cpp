@@ -70,6 +70,61 @@ TEST(FalseColour, PixelsWithoutAValueAreNeutralGrey) {
   EXPECT_EQ(NormalPicture(Image<Eigen::Vector3f>(1, 1, Eigen::Vector3f::Zero()))(0, 0), kNoData);
 }
 
+// OKLab by its published definition, from 8-bit sRGB.
+std::array<double, 3> ToOklab(const Rgb8& colour) {
+  const auto light = [](std::uint8_t byte) {
+    const double c = byte / 255.0;
+    return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
+  };
+  const double r = light(colour.r), g = light(colour.g), b = light(colour.b);
+  const double l = std::cbrt(0.4122214708 * r + 0.5363325363 * g + 0.0514459929 * b),
+               m = std::cbrt(0.2119034982 * r + 0.6806995451 * g + 0.1073969566 * b),
+               s = std::cbrt(0.0883024619 * r + 0.2817188376 * g + 0.6299787005 * b);
+  return {0.2104542553 * l + 0.7936177850 * m - 0.0040720468 * s,
+          1.9779984951 * l - 2.4285922050 * m + 0.4505937099 * s,
+          0.0259040371 * l + 0.7827717662 * m - 0.8086757660 * s};
+}
+
+TEST(FalseColour, EvenMapStepsEquallyFarAndIsEquallyLightForEveryAngle) {
+  const float step = kPi / 36;
+  for (float aop = 0; aop < kPi; aop += step) {
+    const auto here = ToOklab(AopColour(aop, 1, AopMap::kEven)),
+               next = ToOklab(AopColour(aop + step, 1, AopMap::kEven));
+    EXPECT_NEAR(here[0], 0.74, 0.005) << aop;
+    const double apart = std::hypot(next[1] - here[1], next[2] - here[2]);
+    EXPECT_NEAR(apart, 0.12 * 2 * step, 0.0035) << aop;  // 8 bits
+  }
+  ExpectNear(AopColour(0.3f, 1, AopMap::kEven), AopColour(0.3f + kPi, 1, AopMap::kEven), 1);
+  EXPECT_EQ(AopColour(1, 0, AopMap::kEven), (Rgb8{0, 0, 0}));
+}
+
+TEST(FalseColour, DiffuseAndSpecularLightAreWhatATurningPolarizerLeavesAndTakes) {
+  const auto grey = [](float light) { return int(std::lround(255 * std::pow(light, 1 / 2.2f))); };
+  const StokesImage half = Pixel(0.8f, 0.5f, 1);  // Imax 0.6, Imin 0.2
+  ExpectNear(S0Picture(half, 2)(0, 0),
+             Rgb8{std::uint8_t(grey(0.4f)), std::uint8_t(grey(0.4f)), std::uint8_t(grey(0.4f))}, 1);
+  EXPECT_NEAR(DiffusePicture(half, 2)(0, 0).g, grey(0.2f), 1);   // 2 Imin / 2
+  EXPECT_NEAR(SpecularPicture(half, 2)(0, 0).g, grey(0.4f), 1);  // 2 (Imax - Imin) / 2
+}
+
+TEST(FalseColour, RedundancyIsShownInUnitsOfItsNoise) {
+  const StokesImage view = Pixel(1, 0.2f, 1, 0.01f);
+  EXPECT_EQ(RedundancyPicture(view, Image<float>(1, 1, 0.f), 5)(0, 0), HeatPalette()[0]);
+  EXPECT_EQ(RedundancyPicture(view, Image<float>(1, 1, -0.1f), 5)(0, 0), HeatPalette()[255]);
+  EXPECT_EQ(RedundancyPicture(view, Image<float>(1, 1, 0.05f), 5)(0, 0), HeatPalette()[128]);
+}
+
+TEST(FalseColour, TheLegendCoversTheBottomRightCornerAlone) {
+  Image<Rgb8> picture(30, 20, Rgb8{1, 2, 3});
+  DrawLegend(AopWheel(9), picture);
+  EXPECT_EQ(picture(29 - 4, 19 - 4), (Rgb8{0, 0, 0}));  // the wheel's middle
+  EXPECT_EQ(picture(29, 19), (Rgb8{1, 2, 3}));          // beside the disc
+  EXPECT_EQ(picture(10, 10), (Rgb8{1, 2, 3}));
+  Image<Rgb8> small(4, 4);
+  DrawLegend(AopWheel(9), small);  // larger than the picture
+  EXPECT_EQ(small.width(), 4);
+}
+
 TEST(FalseColour, PalettesGrowLighterAllTheWay) {
   const auto luma = [](const Rgb8& c) { return 0.2126 * c.r + 0.7152 * c.g + 0.0722 * c.b; };
   for (const Palette& palette : {HeatPalette(), RampPalette()})

@@ -7,7 +7,9 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <map>
 
+#include "core/error.h"
 #include "core/random.h"
 #include "demosaic/noise.h"
 #include "mosaic.h"
@@ -144,6 +146,27 @@ TEST(Mosaic, OfOddSizeIsWholeUpToItsLastRowAndColumn) {
       EXPECT_EQ(mosaic.state(x, y) == SampleState::kRecovered, y == 6 && (x == 8 || x == 3)) << x << " " << y;
 }
 
+// Noise of known size on even light: what a view says of itself against what it has.
+TEST(Mosaic, StatesTheNoiseOfItsPolarizationForEveryMethod) {
+  for (const double gain_known : {0.0, 1.0})
+    for (const DemosaicMethod& method : DemosaicMethods()) {
+      Sensor sensor = TwelveBits("90 45 / 135 0");
+      const double sigma = 20 / sensor.RangeDn();
+      if (gain_known) sensor.dn_per_e = 1e-9, sensor.read_noise_e = 20e9;
+      Random random(11);
+      Image<float> light = test::TakeMosaic(256, 256, sensor.layout, [](int, int, char) {
+        return Stokes{0.9, 0.2, 0};
+      });
+      for (float& sample : light.pixels()) sample += float(sigma * random.Normal());
+      const StokesImage view = ViewFromMosaic(ToCounts(light, sensor), sensor, method).stokes;
+      double sum = 0, count = 0;
+      for (int y = 24; y < 232; ++y)
+        for (int x = 24; x < 232; ++x) sum += view.s2(x, y) * view.s2(x, y), ++count;
+      EXPECT_NEAR(std::sqrt(2) * view.noise(128, 128) / std::sqrt(sum / count), 1, gain_known ? 0.04 : 0.15)
+          << method.name;
+    }
+}
+
 TEST(Angles, OneClippedPictureOfFourIsRecoveredAndTwoMakeTheirPixelInvalid) {
   std::array<Picture, 4> p;
   const float counts[] = {180, 150, 40, 70};
@@ -212,6 +235,42 @@ TEST(Mosaic, GivesTheSameBytesForAnyNumberOfThreads) {
   }
 }
 
+std::string MessageOfCheck(const Image<float>& counts, const Sensor& sensor) {
+  try {
+    CheckMosaic(counts, sensor, "view-7");
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(MosaicCheck, RefusesSidesThatAreNotWholeCells) {
+  EXPECT_EQ(MessageOfCheck(Image<float>(6, 4, 9), TwelveBits("90 45 / 135 0")), "");
+  const std::string mono = MessageOfCheck(Image<float>(7, 4, 9), TwelveBits("90 45 / 135 0")),
+                    colour = MessageOfCheck(Image<float>(6, 4, 9), TwelveBits("90 45 / 135 0 rggb"));
+  EXPECT_NE(mono.find("7x4 px does not consist of whole 2x2 cells: view-7"), std::string::npos) << mono;
+  EXPECT_NE(colour.find("whole 4x4 cells"), std::string::npos) << colour;
+}
+
+TEST(MosaicCheck, RefusesCountsThatTheBitsCannotHold) {
+  Image<float> counts(8, 8, 100);
+  counts(3, 3) = 5000;
+  const std::string message = MessageOfCheck(counts, TwelveBits("90 45 / 135 0"));
+  EXPECT_NE(message.find("12 bits holds the count 5000: view-7"), std::string::npos) << message;
+}
+
+TEST(MosaicCheck, RefusesAFrameThatIsClippedEverywhere) {
+  Image<float> counts(8, 8, 4095);
+  const std::string message = MessageOfCheck(counts, TwelveBits("90 45 / 135 0"));
+  EXPECT_NE(message.find("every sample of this mosaic is clipped"), std::string::npos) << message;
+  counts(2, 2) = 4094;
+  EXPECT_EQ(MessageOfCheck(counts, TwelveBits("90 45 / 135 0")), "");
+}
+
+struct Part {
+  int x = 0, y = 0, width = 0, height = 0;
+};
+
 // Real frames whose polarization was found out from what they show (../shared/data/raw-mosaics/README.md).
 class RealFrame : public testing::Test {
  protected:
@@ -221,28 +280,69 @@ class RealFrame : public testing::Test {
   void SetUp() override {
     if (!fs::exists(Path("README.md"))) GTEST_SKIP() << "../shared/data/raw-mosaics is not there";
   }
-  static StokesImage Demosaic(const std::string& name, const std::string& layout) {
+  // A part of the frame, which begins at whole cells.
+  static StokesImage Demosaic(const std::string& name, const std::string& layout,
+                              const DemosaicMethod& method = Bilinear(), Part part = {}) {
     Sensor sensor;
     sensor.layout = ParseLayout(layout);
-    return ViewFromMosaic(ReadPicture(Path(name)).planes[0], sensor, Bilinear()).stokes;
+    static std::map<std::string, Image<float>> frames;
+    if (!frames.contains(name)) frames[name] = ReadPicture(Path(name)).planes[0];
+    const Image<float>& frame = frames[name];
+    if (part.width == 0) return ViewFromMosaic(frame, sensor, method).stokes;
+    Image<float> counts(part.width, part.height);
+    for (int y = 0; y < part.height; ++y)
+      for (int x = 0; x < part.width; ++x) counts(x, y) = frame(part.x + x, part.y + y);
+    return ViewFromMosaic(counts, sensor, method).stokes;
   }
 };
 
-TEST_F(RealFrame, LightReflectedByAPondIsHorizontallyPolarized) {
-  const StokesImage pond = Demosaic("mono_imx250mzr_carps.png", "90 45 / 135 0");
+std::array<double, 2> MeanAopAndDop(const StokesImage& image) {
   double s0 = 0, s1 = 0, s2 = 0;
-  for (std::size_t i = 0; i < pond.s0.size(); ++i)
-    s0 += pond.s0.pixels()[i], s1 += pond.s1.pixels()[i], s2 += pond.s2.pixels()[i];
-  EXPECT_NEAR(Degrees(AngleOfPolarization(float(s1), float(s2))), 166, 1.5);
-  EXPECT_NEAR(std::hypot(s1, s2) / s0, 0.50, 0.02);
+  for (std::size_t i = 0; i < image.s0.size(); ++i)
+    s0 += image.s0.pixels()[i], s1 += image.s1.pixels()[i], s2 += image.s2.pixels()[i];
+  return {Degrees(AngleOfPolarization(float(s1), float(s2))), std::hypot(s1, s2) / s0};
+}
+
+TEST_F(RealFrame, LightReflectedByAPondIsHorizontallyPolarized) {
+  const auto [aop, dop] = MeanAopAndDop(Demosaic("mono_imx250mzr_carps.png", "90 45 / 135 0"));
+  EXPECT_NEAR(aop, 166, 1.5);
+  EXPECT_NEAR(dop, 0.50, 0.02);
+}
+
+TEST_F(RealFrame, APartOfThePondReadsTheSameWithEveryMethod) {
+  const Part part{1000, 800, 512, 400};
+  const auto [aop, dop] =
+      MeanAopAndDop(Demosaic("mono_imx250mzr_carps.png", "90 45 / 135 0", Bilinear(), part));
+  for (const DemosaicMethod& method : DemosaicMethods()) {
+    const auto [own_aop, own_dop] =
+        MeanAopAndDop(Demosaic("mono_imx250mzr_carps.png", "90 45 / 135 0", method, part));
+    EXPECT_NEAR(own_aop, aop, 0.2) << method.name;
+    EXPECT_NEAR(own_dop, dop, 0.005) << method.name;
+  }
+}
+
+// Round filters that stand on a window sill, labelled by hand with 90 degrees minus their AoP; places read
+// off the picture.
+TEST_F(RealFrame, LabelledFiltersReadTheirAnglesWithEveryMethod) {
+  constexpr int kFilters[4][4] = {
+      {377, 1090, 90, 83}, {1000, 1097, 45, 44}, {1553, 1097, 0, 175}, {2107, 1107, 135, 135}};
+  for (const DemosaicMethod& method : DemosaicMethods()) {
+    for (const auto& [x, y, label_deg, angle_deg] : kFilters) {
+      const Part part{x / 2 * 2 - 100, y / 2 * 2 - 100, 200, 200};
+      const double read =
+          MeanAopAndDop(Demosaic("mono_imx250mzr_polarizer.png", "90 45 / 135 0", method, part))[0];
+      EXPECT_LT(std::abs(std::remainder(read - label_deg, 180)), 8) << method.name;  // as placed by hand
+      EXPECT_LT(std::abs(std::remainder(read - angle_deg, 180)), 2) << method.name;  // as they stand
+    }
+  }
 }
 
 // Strips of polarizer on a half circle, each along its radius: the mean vector of 2 (AoP - sense x
 // direction), whose length is 1 if they agree up to the angle that it has.
-std::array<double, 2> CompareStrips(const StokesImage& fan, double sense) {
-  const double hub_x = 907, hub_y = 728;  // centre of the half circle, read off the picture
+std::array<double, 2> CompareStrips(const StokesImage& fan, double sense, int left = 0) {
+  const double hub_x = 907 - left, hub_y = 728;  // centre of the half circle, read off the picture
   double c = 0, s = 0, n = 0;
-  for (int y = 0; y < 728; ++y)
+  for (int y = 0; y < std::min(728, fan.s0.height()); ++y)
     for (int x = 0; x < fan.s0.width(); ++x) {
       const double radius = std::hypot(x - hub_x, y - hub_y);
       if (radius < 490 || radius > 620 ||
@@ -256,9 +356,14 @@ std::array<double, 2> CompareStrips(const StokesImage& fan, double sense) {
 }
 
 TEST_F(RealFrame, StripsOfPolarizerHaveTheirOwnDirectionsAnticlockwise) {
-  const auto [agreement, offset] = CompareStrips(Demosaic("mono_pfa_polarizer-fan.tif", "90 135 / 45 0"), 1);
-  EXPECT_GT(agreement, 0.97);
-  EXPECT_NEAR(offset, 0, 4);
+  EXPECT_GT(CompareStrips(Demosaic("mono_pfa_polarizer-fan.tif", "90 135 / 45 0"), 1)[0], 0.97);
+  const Part part{500, 100, 800, 200};  // the upper strips
+  for (const DemosaicMethod& method : DemosaicMethods()) {
+    const auto [agreement, offset] =
+        CompareStrips(Demosaic("mono_pfa_polarizer-fan.tif", "90 135 / 45 0", method, part), 1, part.x);
+    EXPECT_GT(agreement, 0.97) << method.name;
+    EXPECT_NEAR(offset, 0, 4) << method.name;
+  }
 }
 
 TEST_F(RealFrame, TheWrongOrderOfDiagonalAnglesReadsTheStripsClockwise) {
