@@ -9,7 +9,18 @@ StereoOptions StereoPreset(const std::string& name) {
   StereoOptions options;
   options.preset = name;
   if (name == "default") return options;
-  if (name != "paper") throw Error("no such preset", name, "Choose one of: default, paper");
+  if (name == "fast") {
+    options.refinements = 1;
+    options.sources = 8;
+    return options;
+  }
+  if (name == "best") {
+    options.refinements = 4;
+    options.sources = 16;
+    options.vote_views = 32;
+    return options;
+  }
+  if (name != "paper") throw Error("no such preset", name, "Choose one of: fast, default, best, paper");
   options.schedule = "sequential";
   options.photometric_iterations = 3;
   options.sources = 10;
@@ -30,11 +41,13 @@ OptionTable Table(StereoOptions& o) {
   return {
       {"preset",
        &o.preset,
-       "paper: as published; default: the paper's method with the cures that measurements asked for",
+       "paper: as published; default: the paper's method with the cures that measurements asked for; fast, "
+       "best: "
+       "the same with fewer or more source views and refinements",
        "",
        0,
        0,
-       {"default", "paper"}},
+       {"fast", "default", "best", "paper"}},
       {"polarization", &o.polarization, "use the polarimetric consistency, eq. (6)"},
       {"depth-normal", &o.depth_normal, "use the depth-normal consistency, eq. (9)"},
       {"masks", &o.masks, "estimate only inside the masks"},

@@ -7,11 +7,11 @@
 namespace polarscan {
 
 struct IntegrationOptions {
-  float data_weight = 0.01f;  // lambda: of the voted depth beside the slopes, for one supporting view
-  float max_confidence = 4;   // views beyond that do not count more
-  float normal_jump = 0.15f;  // difference of neighbouring normals at which a link counts half
-  int iterations = 80;        // of conjugate gradients, at most
-  double tolerance = 1e-4;    // they end when the residual has fallen to this share
+  float data_weight = 0.002f;  // lambda: of the voted depth beside the slopes, for one supporting view
+  float max_confidence = 4;    // views beyond that do not count more
+  float normal_jump = 0.15f;   // difference of neighbouring normals at which a link counts half
+  int iterations = 80;         // of conjugate gradients, at most
+  double tolerance = 1e-4;     // they end when the residual has fallen to this share
 };
 
 // Depth from normals: minimises over w = log z

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <numbers>
 #include <optional>
+#include <set>
 
 #include "core/files.h"
 #include "core/image_io.h"
@@ -249,6 +250,20 @@ TEST_F(Sphere, AViewWithoutSourcesIsNamed) {
   } catch (const Error& e) {
     EXPECT_NE(std::string(e.what()).find("v3"), std::string::npos) << e.what();
   }
+}
+
+TEST(StereoOptionTable, HasAPresetForEachOfItsNamesAndNoTwoAreAlike) {
+  StereoOptions options;
+  const OptionTable table = Table(options);
+  std::set<std::string> presets;
+  for (const std::string& name : table.front().choices) {
+    StereoOptions preset = StereoPreset(name);
+    EXPECT_EQ(preset.preset, name);
+    preset.preset.clear();
+    presets.insert(ToJson(Table(preset)).dump());
+  }
+  EXPECT_EQ(table.front().name, "preset");
+  EXPECT_EQ(presets.size(), 4u);
 }
 
 TEST(StereoOptionTable, TakesItsOwnValuesBackAndRefusesOthers) {
