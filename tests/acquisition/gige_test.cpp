@@ -269,15 +269,15 @@ TEST_F(GigeTest, AFormatChangeInTheStreamIsCountedNotStored) {
 
 TEST_F(GigeTest, ACameraThatComesBackIsRecordedInANewSegment) {
   GigeServerOptions gige;
-  gige.faults.disconnect_at = 10;
-  gige.faults.fault_s = 8;  // Aravis gives up after six
+  gige.faults.disconnect_at = 60;  // late enough for a busy machine to have stored some
+  gige.faults.fault_s = 8;         // Aravis gives up after six
   const SimulatedCameraOptions options = SmallScene("Mono8", 50);
   const ServedCamera served(options, gige);
   const std::unique_ptr<Camera> client = OpenAravisCamera(ServedCamera::Address());
   const FrameCounts counts =
-      Capture(*client, session(), nlohmann::json::object(), {.frames = 30, .seconds = 60}, {}, listener_)
+      Capture(*client, session(), nlohmann::json::object(), {.frames = 90, .seconds = 60}, {}, listener_)
           .counts;
-  EXPECT_EQ(counts.stored, 30u) << Describe(counts);
+  EXPECT_EQ(counts.stored, 90u) << Describe(counts);
   EXPECT_EQ(counts.restarts, 1u);
   const Session recorded = OpenSession(session(), Verify::kPayloads);
   EXPECT_EQ(recorded.segments, 2u);
