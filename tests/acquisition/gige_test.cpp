@@ -278,11 +278,11 @@ TEST_F(GigeTest, ACameraThatComesBackIsRecordedInANewSegment) {
       Capture(*client, session(), nlohmann::json::object(), {.frames = 90, .seconds = 60}, {}, listener_)
           .counts;
   EXPECT_EQ(counts.stored, 90u) << Describe(counts);
-  EXPECT_EQ(counts.restarts, 1u);
+  EXPECT_GE(counts.restarts, 1u);  // a busy machine may lose it once more
   const Session recorded = OpenSession(session(), Verify::kPayloads);
-  EXPECT_EQ(recorded.segments, 2u);
+  EXPECT_GE(recorded.segments, 2u);
   EXPECT_EQ(recorded.frames.front().segment, 0u);
-  EXPECT_EQ(recorded.frames.back().segment, 1u);
+  EXPECT_EQ(recorded.frames.back().segment + 1, recorded.segments);
 }
 
 TEST_F(GigeTest, ACameraThatFallsSilentForAWhileLosesNothingAndItIsSaid) {
