@@ -98,21 +98,12 @@ void AddSessionNotes(Input& input) {
     input.notes.push_back("the session is damaged: " + damage);
 }
 
-// Of a shot's frames; empty if they are all the same (to 1 %) or not known.
-std::vector<double> Exposures(const Session& session, const std::vector<std::size_t>& frames) {
-  std::vector<double> times;
-  for (const std::size_t frame : frames) times.push_back(session.frames[frame].info.exposure_us);
-  const auto [low, high] = std::ranges::minmax(times);
-  const bool known = std::ranges::all_of(times, [](double time) { return time > 0; });
-  return known && high > 1.01 * low ? times : std::vector<double>();
-}
-
 // Damaged frames are left out here, so that what is whole can be used.
 void OpenSessionInput(Input& input) {
   input.kind = InputKind::kMosaic;
   input.session = std::make_shared<Session>(OpenSession(input.folder, Verify::kPayloads));
   for (const SessionView& view : ViewsOf(*input.session))
-    input.views.push_back({view.name, {}, std::nullopt, view.frames, Exposures(*input.session, view.frames)});
+    input.views.push_back({view.name, {}, std::nullopt, view.frames, ExposuresOf(*input.session, view)});
   if (input.views.empty()) throw Error("there are no whole frames in this session", input.folder.string());
 }
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <cmath>
@@ -52,7 +51,7 @@ Work Open(const CalibrateArguments& a, Context& context) {
 
 json Part(const CalibrateArguments& a, json summary) {
   summary["input"] = fs::absolute(a.input).string();
-  summary["created"] = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
+  summary["created"] = TimeNow();
   return summary;
 }
 

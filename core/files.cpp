@@ -2,6 +2,7 @@
 #include "core/files.h"
 
 #include <fcntl.h>
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -10,6 +11,7 @@
 #include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <ctime>
 #include <system_error>
 
 #include "core/descriptor.h"
@@ -116,6 +118,8 @@ std::uint64_t Hash(std::string_view bytes, std::uint64_t seed) {
 std::uint64_t HashFile(const std::filesystem::path& path, std::uint64_t seed) {
   return Hash(ReadFile(path), seed);
 }
+
+std::string TimeNow() { return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr))); }
 
 std::string ToHex(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
 

@@ -35,6 +35,9 @@ std::uint64_t Hash(std::string_view bytes, std::uint64_t seed = 0);
 std::uint64_t HashFile(const std::filesystem::path& path, std::uint64_t seed = 0);
 std::string ToHex(std::uint64_t hash);
 
+// "2026-03-09T14:05:00Z"
+std::string TimeNow();
+
 // Throws Error for what the system just said in errno (disk full, read-only, ...), with advice.
 [[noreturn]] void ThrowSystemError(const std::string& what, const std::filesystem::path& path);
 

@@ -219,7 +219,6 @@ PolarView ViewFromAngles(const std::array<const Picture*, 4>& pictures, const Se
   SetNoise(view.stokes, WithRounding(model, sensor.QuantizationNoise()),
            known ? 1 / std::sqrt(double(colours.size())) : 1);
   RaiseNoise(view.stokes, recovered);
-
   view.redundancy = std::move(redundancy);
   return view;
 }

@@ -45,21 +45,12 @@ Frame FrameOf(const LoadedView& view, std::size_t picture, const PixelFormat& fo
   return frame;
 }
 
-nlohmann::json SensorJson(const Sensor& sensor) {
-  nlohmann::json values = {{"layout", ToString(sensor.layout)},
-                           {"bits", sensor.bits},
-                           {"black_dn", sensor.black_dn},
-                           {"white_dn", sensor.white_dn}};
-  if (sensor.dn_per_e > 0) values["dn_per_e"] = sensor.dn_per_e, values["read_noise_e"] = sensor.read_noise_e;
-  return values;
-}
-
 void WriteFrames(const Input& input, const fs::path& folder, Progress& progress) {
   SessionInfo info = NewSessionInfo();
   info.camera = ToJson(CameraInfo{"import:" + input.folder.string(), "", "pictures", ""});
   info.camera.update(input.binding.camera);
   info.settings = input.binding.settings;
-  info.sensor = SensorJson(input.sensor);
+  info.sensor = ToJson(input.sensor);
   if (input.calibration) info.sensor["calibration"] = fs::absolute(input.calibration->folder).string();
   SessionWriter writer(folder, info, kSegmentBytes);
   const PixelFormat format = FormatFor(input.sensor);
@@ -80,13 +71,6 @@ void WriteFrames(const Input& input, const fs::path& folder, Progress& progress)
     if (fs::is_directory(input.folder / part))
       fs::copy(input.folder / part, folder / part, fs::copy_options::recursive);
   writer.Close(counts);
-}
-
-bool HasSeveralExposures(const Session& session, const SessionView& view) {
-  const auto time = [&](std::size_t frame) { return session.frames[frame].info.exposure_us; };
-  return std::ranges::any_of(view.frames, [&](std::size_t frame) {
-    return time(frame) > 1.01 * time(view.frames[0]) || time(view.frames[0]) > 1.01 * time(frame);
-  });
 }
 
 void WriteCounts(const fs::path& path, const Image<std::uint16_t>& counts) {
@@ -124,7 +108,7 @@ std::size_t ExportSession(const Session& session, const fs::path& folder, const 
   progress.Begin("exporting", session.frames.size(), "frame");
   const std::vector<SessionView> views = ViewsOf(session);
   const bool several =
-      std::ranges::any_of(views, [&](const auto& view) { return HasSeveralExposures(session, view); });
+      std::ranges::any_of(views, [&](const auto& view) { return !ExposuresOf(session, view).empty(); });
   for (const SessionView& view : views)
     for (std::size_t i = 0; i < view.frames.size(); ++i) {
       progress.Check();
@@ -186,16 +170,11 @@ std::size_t ExportCorrected(const Input& input, const fs::path& folder, const st
     WriteCounts(folder / "mosaic" / (view.name + "." + extension), AngleCounts(mosaic.light));
     progress.Advance();
   }
-  nlohmann::json sensor = {{"layout", ToString(input.sensor.layout)},
-                           {"bits", 16},
-                           {"black_dn", kAnglesBlack_dn},
-                           {"white_dn", kAnglesWhite_dn}};
-  if (input.sensor.dn_per_e > 0) {
-    sensor["dn_per_e"] = input.sensor.dn_per_e * (kAnglesWhite_dn - kAnglesBlack_dn) / input.sensor.RangeDn();
-    sensor["read_noise_e"] = input.sensor.read_noise_e;
-  }
+  Sensor sensor = input.sensor;
+  sensor.bits = 16, sensor.black_dn = kAnglesBlack_dn, sensor.white_dn = kAnglesWhite_dn;
+  sensor.dn_per_e *= sensor.RangeDn() / input.sensor.RangeDn();
   WriteJson(folder / "set.json",
-            {{"input_kind", "mosaic"}, {"sensor", sensor}, {"camera", input.binding.camera}});
+            {{"input_kind", "mosaic"}, {"sensor", ToJson(sensor)}, {"camera", input.binding.camera}});
   return input.views.size();
 }
 

@@ -35,6 +35,14 @@ std::vector<SessionView> ViewsOf(const Session& session) {
   return sorted;
 }
 
+std::vector<double> ExposuresOf(const Session& session, const SessionView& view) {
+  std::vector<double> times;
+  for (const std::size_t frame : view.frames) times.push_back(session.frames[frame].info.exposure_us);
+  const auto [low, high] = std::ranges::minmax(times);
+  const bool known = std::ranges::all_of(times, [](double time) { return time > 0; });
+  return known && high > 1.01 * low ? times : std::vector<double>();
+}
+
 nlohmann::json SensorOf(const Session& session) {
   nlohmann::json sensor = session.info.sensor.is_object() ? session.info.sensor : nlohmann::json::object();
   if (!sensor.contains("bits") && !session.frames.empty())

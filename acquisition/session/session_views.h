@@ -14,6 +14,10 @@ struct SessionView {
 // Sorted by name.
 std::vector<SessionView> ViewsOf(const Session& session);
 
+// The exposure times of a view's frames, microseconds; empty if they are all the same (to 1 %) or not all
+// known.
+std::vector<double> ExposuresOf(const Session& session, const SessionView& view);
+
 // "sensor" of session.json, with the bits of the first frame's pixel format where it does not say them.
 nlohmann::json SensorOf(const Session& session);
 

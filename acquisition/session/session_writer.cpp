@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/session/session_writer.h"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <random>
@@ -22,7 +21,7 @@ SessionInfo NewSessionInfo() {
   SessionInfo info;
   std::random_device device;
   info.id = std::uint64_t(device()) << 32 | device();
-  info.created = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
+  info.created = TimeNow();
   return info;
 }
 

@@ -74,13 +74,6 @@ std::string HashOf(const CameraBinding& binding) {
   return ToHex(Hash(binding.camera.dump() + binding.settings.dump()));
 }
 
-std::vector<std::string> Differences(const CameraBinding& calibration, const CameraBinding& pictures) {
-  std::vector<std::string> differences;
-  Compare(calibration.camera, pictures.camera, differences);
-  Compare(calibration.settings, pictures.settings, differences);
-  return differences;
-}
-
 void RequireSame(const CameraBinding& calibration, const CameraBinding& pictures, const std::string& where) {
   std::vector<std::string> camera, settings;
   Compare(calibration.camera, pictures.camera, camera);

@@ -24,10 +24,8 @@ CameraBinding MakeBinding(const nlohmann::json& camera, const nlohmann::json& fe
 // 16 hexadecimal digits.
 std::string HashOf(const CameraBinding& binding);
 
-// What differs, in words, "serial 17 instead of 12"; what one of the two does not say does not differ.
-std::vector<std::string> Differences(const CameraBinding& calibration, const CameraBinding& pictures);
-
-// Throws Error that says what differs. where: the pictures and the calibration.
+// Throws Error that says what differs ("serial 17 instead of 12"); what one of the two does not say does not
+// differ. where: the pictures and the calibration.
 void RequireSame(const CameraBinding& calibration, const CameraBinding& pictures, const std::string& where);
 
 }  // namespace polarscan

@@ -51,11 +51,6 @@ void RemoveOtherMaps(const fs::path& folder, const json& maps) {
   for (const fs::path& path : stale) fs::remove(path);
 }
 
-json SensorNumbers(const Sensor& s) {
-  return {{"layout", ToString(s.layout)}, {"bits", s.bits},         {"black_dn", s.black_dn},
-          {"white_dn", s.white_dn},       {"dn_per_e", s.dn_per_e}, {"read_noise_e", s.read_noise_e}};
-}
-
 Sensor SensorFrom(const json& value) {
   Sensor s;
   s.layout = ParseLayout(value.at("layout"));
@@ -104,7 +99,7 @@ void WriteCalibration(const fs::path& folder, Calibration& calibration) {
                 {"camera", calibration.binding.camera},
                 {"settings", calibration.binding.settings},
                 {"binding", HashOf(calibration.binding)},
-                {"sensor", SensorNumbers(calibration.sensor)},
+                {"sensor", ToJson(calibration.sensor)},
                 {"parts", calibration.parts},
                 {"maps", WriteMaps(folder, calibration.correction)}};
   value["checksum"] = calibration.hash = ChecksumOf(value);

@@ -18,8 +18,6 @@ constexpr double kLargestStep_deg = 80, kSmallestStep_deg = 0.5, kSmallestTurn_d
 constexpr double kLargestFirstError_deg = 20;
 constexpr double kMostClippedLayout = 0.05;  // share of a frame's samples
 
-double WrapHalfTurn(double degrees) { return degrees - 180 * std::ceil((degrees - 90) / 180); }
-
 // Means of a place over those of the cell, so that a lamp that drifts does not matter.
 std::vector<CellMeans> Normalized(std::vector<CellMeans> frames) {
   for (CellMeans& cell : frames) {
@@ -128,12 +126,7 @@ std::vector<CellMeans> MeanCells(const CalibrationFrames& frames, const Sensor& 
   for (int k = 0; k < frames.size(); ++k) {
     progress.Check();
     const Image<float> counts = frames.counts(k);
-    const Image<std::uint8_t> clipped = Clipped(counts, sensor);
-    const auto count = double(std::ranges::count(clipped.pixels(), std::uint8_t(1)));
-    if (count > kMostClippedLayout * double(clipped.size()))
-      throw Error(
-          fmt::format("{:.0f} % of this frame's samples are clipped", 100 * count / double(clipped.size())),
-          frames.names[std::size_t(k)], "Expose less");
+    RequireExposed(Clipped(counts, sensor), kMostClippedLayout, frames.names[std::size_t(k)]);
     CellMeans cell{};
     const int width = counts.width() & ~1, height = counts.height() & ~1;
     for (int y = 0; y < height; ++y)

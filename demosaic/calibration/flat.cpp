@@ -36,16 +36,6 @@ struct GainSums {
   }
 };
 
-void RequireUnclipped(const Image<float>& counts, const Sensor& sensor, const std::string& name) {
-  const Image<std::uint8_t> clipped = Clipped(counts, sensor);
-  const auto count = double(std::ranges::count(clipped.pixels(), std::uint8_t(1)));
-  const double share = count / double(clipped.size());
-  if (share > kMostClippedFlat)
-    throw Error(share > 0.999 ? "every sample of this frame is clipped"
-                              : fmt::format("{:.0f} % of this frame's samples are clipped", 100 * share),
-                name, "Expose less: at most 80 % of full scale");
-}
-
 // Gains of the pixels from the mean of all frames.
 void SetGains(GainSums& sums, const Sensor& sensor, const FlatOptions& options, FlatCalibration& flat) {
   for (float& value : sums.sum.pixels()) value /= float(sums.frames);
@@ -93,7 +83,7 @@ FlatCalibration CalibrateFlat(const CalibrationFrames& frames, const Sensor& sen
   for (int k = 0; k < frames.size(); ++k) {
     progress.Check();
     Image<float> counts = frames.counts(k);
-    RequireUnclipped(counts, sensor, frames.names[std::size_t(k)]);
+    RequireExposed(Clipped(counts, sensor), kMostClippedFlat, frames.names[std::size_t(k)]);
     const Image<float> light = ToLight(counts, sensor, black_dn);
     means.push_back(MeanOf(light));
     if (k > 0 && means[std::size_t(k)] > 0 &&

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -15,5 +16,8 @@ struct CalibrationFrames {
 
   int size() const { return int(names.size()); }
 };
+
+// Throws Error that names the frame if more than a share of its samples is clipped.
+void RequireExposed(const Image<std::uint8_t>& clipped, double most, const std::string& frame);
 
 }  // namespace polarscan

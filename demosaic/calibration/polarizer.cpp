@@ -18,13 +18,7 @@ constexpr int kSampledCells = 5000;
 constexpr double kMostClipped = 0.05;  // share of the samples of a frame
 constexpr double kDarkest = 0.01;      // mean light of a frame
 
-void CheckExposure(const Image<std::uint8_t>& clipped, const Image<float>& light, const std::string& name) {
-  const auto count = double(std::ranges::count(clipped.pixels(), std::uint8_t(1)));
-  const double share = count / double(clipped.size());
-  if (share > kMostClipped)
-    throw Error(share > 0.999 ? "every sample of this frame is clipped"
-                              : fmt::format("{:.0f} % of this frame's samples are clipped", 100 * share),
-                name, "Expose less: the brightest samples should stay at about 80 % of full scale");
+void RequireLight(const Image<float>& light, const std::string& name) {
   double sum = 0;
   for (const float value : light.pixels()) sum += value;
   if (sum < kDarkest * double(light.size()))
@@ -116,7 +110,8 @@ PolarizerCalibration CalibratePolarizer(const CalibrationFrames& frames, const S
     progress.Check();
     const Image<float> counts = frames.counts(k), light = ToLight(counts, sensor, black_dn);
     const Image<std::uint8_t> clipped = Clipped(counts, sensor);
-    CheckExposure(clipped, light, frames.names[std::size_t(k)]);
+    RequireExposed(clipped, kMostClipped, frames.names[std::size_t(k)]);
+    RequireLight(light, frames.names[std::size_t(k)]);
     if (!sampler) sampler.emplace(counts.width(), counts.height(), sensor.layout, frames.size());
     sampler->Add(k, light, clipped);
     progress.Advance();

@@ -24,9 +24,6 @@ constexpr double kWorstAngle_deg = 3;    // between a given angle and what the f
 constexpr double kFewestAgreeing = 0.7;  // mean cosine between polarizers and layout (right: 0.95 and more)
 constexpr double kLargestKnownZero_deg = 10;  // by which a zero said to be known may be off
 
-// Angle difference in (-90, 90].
-double Wrap(double degrees) { return degrees - 180 * std::ceil((degrees - 90) / 180); }
-
 void RequireFrames(Eigen::Index frames, bool known) {
   const int fewest = known ? 5 : 6;
   if (frames < fewest)
@@ -177,7 +174,7 @@ double FixZero(const PolarizerReadings& readings, const PolarizerKnowledge& know
   if (std::abs(agreement) < kFewestAgreeing)
     throw Error("the frames do not fit the layout", "the turned polarizer",
                 "polarscan calibrate layout finds the right one");
-  const double turn = std::arg(agreement), zero_deg = Wrap(-turn / 2 / kRadPerDeg);
+  const double turn = std::arg(agreement), zero_deg = WrapHalfTurn(-turn / 2 / kRadPerDeg);
   if (!known.zero_is_known) TurnLight(stokes, -turn);
   if (known.zero_is_known && std::abs(zero_deg) > kLargestKnownZero_deg)
     throw Error(
@@ -189,7 +186,7 @@ double FixZero(const PolarizerReadings& readings, const PolarizerKnowledge& know
 void CompareAngles(const PolarizerKnowledge& known, PolarizerLight& light) {
   for (std::size_t k = 0; known.angles_deg && k < light.angles_deg.size(); ++k) {
     const double given = (*known.angles_deg)[k];
-    const double error = Wrap(light.angles_deg[k] - light.zero_deg - given);
+    const double error = WrapHalfTurn(light.angles_deg[k] - light.zero_deg - given);
     light.largest_error_deg = std::max(light.largest_error_deg, std::abs(error));
     if (std::abs(error) > kWorstAngle_deg)
       throw Error(fmt::format("the given angle {:g} does not fit what the frame shows, {:.1f} degrees", given,

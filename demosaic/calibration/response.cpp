@@ -36,9 +36,10 @@ ResponseMap IdealResponses(int width, int height, const Layout& layout) {
   return map;
 }
 
+double WrapHalfTurn(double degrees) { return degrees - 180 * std::ceil((degrees - 90) / 180); }
+
 float AngleErrorDeg(const Response& response, int angle_deg) {
-  const double degrees = response.AngleRad() / kRadPerDeg - angle_deg;
-  return float(degrees - 180 * std::ceil((degrees - 90) / 180));
+  return float(WrapHalfTurn(response.AngleRad() / kRadPerDeg - angle_deg));
 }
 
 CellMatrix ToCellMatrix(const std::array<Response, 4>& cell) {

@@ -12,6 +12,9 @@ namespace polarscan {
 
 inline constexpr double kRadPerDeg = std::numbers::pi / 180;
 
+// The same direction of a polarizer in (-90, 90] degrees.
+double WrapHalfTurn(double degrees);
+
 // What a pixel behind its own, imperfect polarizer reads of light (S0, S1, S2), black subtracted:
 //   a0 S0 + a1 S1 + a2 S2 = gain / 2 (S0 + diattenuation (S1 cos 2 angle + S2 sin 2 angle)).
 // Ideal: gain 1, diattenuation 1, angle as the layout says. Diattenuation, because the extinction ratio is

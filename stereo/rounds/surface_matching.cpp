@@ -37,6 +37,15 @@ class Plane {
   std::vector<float> values_;
 };
 
+// exp(-r^2 / 2 sigma^2) by r^2, for offsets of up to 2 sigma in x and y.
+std::vector<float> GaussianBySquare(float sigma) {
+  const int reach = int(std::ceil(2 * sigma));
+  std::vector<float> values;
+  for (int square = 0; square <= 2 * reach * reach; ++square)
+    values.push_back(std::exp(-0.5f / (sigma * sigma) * float(square)));
+  return values;
+}
+
 std::vector<float> GaussianTaps(float sigma) {
   std::vector<float> taps;
   float sum = 0;
@@ -66,6 +75,7 @@ class SurfaceMatcher {
         width_(own.depth.width()),
         height_(own.depth.height()),
         taps_(GaussianTaps(options.window_px)),
+        smoothing_(GaussianBySquare(options.smoothing_px)),
         step_(StepSize()),
         moves_(width_, height_),
         sharpness_(width_, height_) {}
@@ -288,7 +298,6 @@ class SurfaceMatcher {
 
   float SmoothMove(int x, int y) const {
     const int reach = int(std::ceil(2 * options_.smoothing_px));
-    const float falloff = -0.5f / (options_.smoothing_px * options_.smoothing_px);
     const Eigen::Vector3f ray = problem_.Ray(x, y);
     const Eigen::Vector3f& normal = own_.normal(x, y);
     const float plane = own_.depth(x, y) * normal.dot(ray), far = step_ * float(Steps());
@@ -298,8 +307,8 @@ class SurfaceMatcher {
         if (sharpness_(u, v) <= 0) continue;
         const float there = plane / normal.dot(problem_.Ray(u, v));
         if (std::abs(own_.depth(u, v) - there) > far * there) continue;  // another surface
-        const float weight =
-            sharpness_(u, v) * std::exp(falloff * float((u - x) * (u - x) + (v - y) * (v - y)));
+        const int square = (u - x) * (u - x) + (v - y) * (v - y);
+        const float weight = sharpness_(u, v) * smoothing_[std::size_t(square)];
         sum += weight * moves_(u, v), weights += weight;
       }
     return sum / weights;
@@ -309,7 +318,7 @@ class SurfaceMatcher {
   const DepthNormalMap& own_;
   const SurfaceMatchingOptions& options_;
   const int width_, height_;
-  const std::vector<float> taps_;
+  const std::vector<float> taps_, smoothing_;
   const float step_;                // in log depth
   Image<float> moves_, sharpness_;  // in steps
 };
