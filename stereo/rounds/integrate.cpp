@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereo/rounds/integrate.h"
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -9,9 +10,37 @@
 namespace polarscan {
 namespace {
 
-// A link to the right (dx = 1) or down (dy = 1): weight g and the slope that the normals ask for.
-struct Link {
-  float weight = 0, slope = 0;
+constexpr int kLanes = 8;  // of the loops over a row, which the compiler turns into vectors
+
+// Planes hold the rectangle around the pixels that have a depth, with a border in which every weight is 0:
+// so no loop needs to ask whether a neighbour is there.
+struct Rectangle {
+  int left = 0, top = 0, columns = 0, rows = 0;
+  int stride() const { return (columns + 2 + kLanes - 1) / kLanes * kLanes; }
+};
+
+Rectangle Around(const Image<float>& depth) {
+  int left = depth.width(), right = -1, top = depth.height(), bottom = -1;
+  for (int y = 0; y < depth.height(); ++y)
+    for (int x = 0; x < depth.width(); ++x)
+      if (depth(x, y) > 0) {
+        left = std::min(left, x), right = std::max(right, x);
+        top = std::min(top, y), bottom = std::max(bottom, y);
+      }
+  return {left, top, std::max(0, right + 1 - left), std::max(0, bottom + 1 - top)};
+}
+
+// Row -1 and column -1 are part of the border.
+class Bordered {
+ public:
+  explicit Bordered(const Rectangle& r)
+      : stride_(r.stride()), values_(std::size_t(stride_) * std::size_t(r.rows + 2) + 2 * kLanes) {}
+  float* Row(int y) { return values_.data() + kLanes + std::ptrdiff_t(stride_) * (y + 1); }
+  const float* Row(int y) const { return values_.data() + kLanes + std::ptrdiff_t(stride_) * (y + 1); }
+
+ private:
+  int stride_;
+  std::vector<float> values_;
 };
 
 class Integrator {
@@ -19,138 +48,180 @@ class Integrator {
   Integrator(const Pinhole& camera, const Image<float>& depth, const Image<float>& confidence,
              const Image<Eigen::Vector3f>& normals, const IntegrationOptions& options)
       : camera_(camera),
+        depth_(depth),
         normals_(normals),
         options_(options),
-        width_(depth.width()),
-        height_(depth.height()),
-        log_depth_(width_, height_),
-        data_(width_, height_),
-        right_(width_, height_),
-        down_(width_, height_) {
-    ParallelFor(0, height_, [&](int y) {
-      for (int x = 0; x < width_; ++x) {
-        if (depth(x, y) <= 0) continue;
-        log_depth_(x, y) = std::log(depth(x, y));
-        data_(x, y) = 1e-6f + options.data_weight * std::min(confidence(x, y), options.max_confidence);
-      }
-    });
-    ParallelFor(0, height_, [&](int y) {
-      for (int x = 0; x < width_; ++x) {
-        if (data_(x, y) <= 0) continue;
-        if (x + 1 < width_ && data_(x + 1, y) > 0) right_(x, y) = MakeLink(x, y, 1, 0);
-        if (y + 1 < height_ && data_(x, y + 1) > 0) down_(x, y) = MakeLink(x, y, 0, 1);
-      }
+        area_(Around(depth)),
+        voted_(area_),
+        data_(area_),
+        slope_x_(area_),
+        slope_y_(area_),
+        right_(area_),
+        down_(area_),
+        inverse_(area_) {
+    ForRows([&](int y) { SetPixels(y, confidence); });
+    ForRows([&](int y) { SetLinks(y); });
+    ForRows([&](int y) {
+      const float *data = data_.Row(y), *right = right_.Row(y), *down = down_.Row(y), *up = down_.Row(y - 1);
+      float* inverse = inverse_.Row(y);
+      for (int i = 0; i < area_.columns; ++i)
+        if (data[i] > 0) inverse[i] = 1 / (data[i] + right[i] + right[i - 1] + down[i] + up[i]);
     });
   }
 
-  Image<float> Solve() {
-    // Unknown: the change of log z, so the first residual is that of the start.
-    Image<float> change(width_, height_), residual(width_, height_), direction(width_, height_),
-        product(width_, height_), diagonal(width_, height_);
-    ParallelFor(0, height_, [&](int y) {
-      for (int x = 0; x < width_; ++x) {
-        if (data_(x, y) <= 0) continue;
-        float sum = 0, weight = data_(x, y);
-        const auto pull = [&](const Link& link, int ox, int oy, float sign) {
-          sum += link.weight * (log_depth_(ox, oy) - log_depth_(x, y) - sign * link.slope);
-          weight += link.weight;
-        };
-        ForLinks(x, y, pull);
-        residual(x, y) = sum, diagonal(x, y) = weight;
-        direction(x, y) = sum / weight;
+  Image<float> Solve(const Image<float>& start) {
+    Bordered solution(area_), residual(area_), direction(area_), product(area_);
+    // Relative to the voted depths, so that a good start is not asked for more.
+    const double enough = Residuals(voted_, residual, direction) * options_.tolerance * options_.tolerance;
+    ForRows([&](int y) {
+      for (int i = 0; i < area_.columns; ++i) {
+        const float depth = start(area_.left + i, area_.top + y);
+        solution.Row(y)[i] = data_.Row(y)[i] > 0 && depth > 0 ? std::log(depth) : voted_.Row(y)[i];
       }
     });
-    double error = RowSum([&](int x, int y) { return residual(x, y) * direction(x, y); });
-    const double enough = error * options_.tolerance * options_.tolerance;
+    double error = Residuals(solution, residual, direction);
     for (int i = 0; i < options_.iterations && error > enough; ++i) {
-      ParallelFor(0, height_, [&](int y) {
-        for (int x = 0; x < width_; ++x) {
-          if (data_(x, y) <= 0) continue;
-          float sum = data_(x, y) * direction(x, y);
-          ForLinks(x, y, [&](const Link& link, int ox, int oy, float) {
-            sum += link.weight * (direction(x, y) - direction(ox, oy));
-          });
-          product(x, y) = sum;
-        }
-      });
-      const double curvature = RowSum([&](int x, int y) { return direction(x, y) * product(x, y); });
+      const double curvature = Multiply(direction, product);
       if (!(curvature > 0)) break;
-      const float step = float(error / curvature);
-      const double next = RowSum([&](int x, int y) {
-        change(x, y) += step * direction(x, y);
-        residual(x, y) -= step * product(x, y);
-        return residual(x, y) * residual(x, y) / diagonal(x, y);
-      });
-      const float keep = float(next / error);
+      const double next = Step(float(error / curvature), direction, product, solution, residual);
+      Turn(float(next / error), residual, direction);
       error = next;
-      ParallelFor(0, height_, [&](int y) {
-        for (int x = 0; x < width_; ++x)
-          if (data_(x, y) > 0) direction(x, y) = residual(x, y) / diagonal(x, y) + keep * direction(x, y);
-      });
     }
-    Image<float> depth(width_, height_);
-    ParallelFor(0, height_, [&](int y) {
-      for (int x = 0; x < width_; ++x)
-        if (data_(x, y) > 0) depth(x, y) = std::exp(log_depth_(x, y) + change(x, y));
+    Image<float> depth(depth_.width(), depth_.height());
+    ForRows([&](int y) {
+      for (int i = 0; i < area_.columns; ++i)
+        if (data_.Row(y)[i] > 0) depth(area_.left + i, area_.top + y) = std::exp(solution.Row(y)[i]);
     });
     return depth;
   }
 
  private:
-  // d log z / d(pixel) along x (axis 0) or y (axis 1).
-  float Slope(int x, int y, int axis) const {
-    const Eigen::Vector3f ray = camera_.Ray(x + 0.5, y + 0.5).cast<float>();
-    const Eigen::Vector3f& n = normals_(x, y);
-    const float facing = std::min(n.dot(ray), -0.05f);
-    return -n[axis] / (float(axis ? camera_.fy : camera_.fx) * facing);
-  }
-
-  Link MakeLink(int x, int y, int dx, int dy) const {
-    const float slope = 0.5f * (Slope(x, y, dy) + Slope(x + dx, y + dy, dy));
-    const float misfit = (log_depth_(x + dx, y + dy) - log_depth_(x, y) - slope) * float(camera_.fx) / 2;
-    const float jump = (normals_(x + dx, y + dy) - normals_(x, y)).norm() / options_.normal_jump;
-    const float gate = 1 / ((1 + misfit * misfit) * (1 + misfit * misfit) * (1 + jump * jump));
-    return {std::max(gate, 1e-4f), slope};
-  }
-
-  // f(link, other x, other y, +1 if the link leads there and -1 if it comes from there)
   template <class F>
-  void ForLinks(int x, int y, F&& f) const {
-    if (right_(x, y).weight > 0) f(right_(x, y), x + 1, y, 1.0f);
-    if (x > 0 && right_(x - 1, y).weight > 0) f(right_(x - 1, y), x - 1, y, -1.0f);
-    if (down_(x, y).weight > 0) f(down_(x, y), x, y + 1, 1.0f);
-    if (y > 0 && down_(x, y - 1).weight > 0) f(down_(x, y - 1), x, y - 1, -1.0f);
+  void ForRows(F&& f) const {
+    ParallelFor(0, area_.rows, f);
   }
 
-  // Sum over all pixels in an order that does not depend on the threads.
+  // Sum over all pixels in an order that does not depend on the threads; f(y, lanes) adds its row's.
   template <class F>
-  double RowSum(F&& f) const {
-    std::vector<double> rows(std::size_t(height_), 0.0);
-    ParallelFor(0, height_, [&](int y) {
-      double sum = 0;
-      for (int x = 0; x < width_; ++x)
-        if (data_(x, y) > 0) sum += double(f(x, y));
-      rows[std::size_t(y)] = sum;
+  double SumRows(F&& f) const {
+    std::vector<double> rows(std::size_t(area_.rows), 0.0);
+    ForRows([&](int y) {
+      float lanes[kLanes] = {};
+      f(y, lanes);
+      for (const float lane : lanes) rows[std::size_t(y)] += double(lane);
     });
     double sum = 0;
-    for (double row : rows) sum += row;
+    for (const double row : rows) sum += row;
     return sum;
   }
 
+  void SetPixels(int y, const Image<float>& confidence) {
+    for (int i = 0; i < area_.columns; ++i) {
+      const int px = area_.left + i, py = area_.top + y;
+      if (depth_(px, py) <= 0) continue;
+      voted_.Row(y)[i] = std::log(depth_(px, py));
+      data_.Row(y)[i] = 1e-6f + options_.data_weight * std::min(confidence(px, py), options_.max_confidence);
+      const Eigen::Vector3f ray = camera_.Ray(px + 0.5, py + 0.5).cast<float>();
+      const Eigen::Vector3f& n = normals_(px, py);
+      const float facing = std::min(n.dot(ray), -0.05f);
+      slope_x_.Row(y)[i] = -n.x() / (float(camera_.fx) * facing);
+      slope_y_.Row(y)[i] = -n.y() / (float(camera_.fy) * facing);
+    }
+  }
+
+  void SetLinks(int y) {
+    for (int i = 0; i < area_.columns; ++i) {
+      if (data_.Row(y)[i] <= 0) continue;
+      if (data_.Row(y)[i + 1] > 0)
+        right_.Row(y)[i] = LinkWeight(i, y, 1, 0, slope_x_.Row(y)[i], slope_x_.Row(y)[i + 1]);
+      if (data_.Row(y + 1)[i] > 0)
+        down_.Row(y)[i] = LinkWeight(i, y, 0, 1, slope_y_.Row(y)[i], slope_y_.Row(y + 1)[i]);
+    }
+  }
+
+  float LinkWeight(int i, int y, int dx, int dy, float slope, float slope_there) const {
+    const float change = voted_.Row(y + dy)[i + dx] - voted_.Row(y)[i];
+    const float misfit = (change - 0.5f * (slope + slope_there)) * float(camera_.fx) / 2;
+    const int px = area_.left + i, py = area_.top + y;
+    const float jump = (normals_(px + dx, py + dy) - normals_(px, py)).norm() / options_.normal_jump;
+    return std::max(1 / ((1 + misfit * misfit) * (1 + misfit * misfit) * (1 + jump * jump)), 1e-4f);
+  }
+
+  // Of the estimate w; direction: over the diagonal. Returns their product.
+  double Residuals(const Bordered& w, Bordered& residual, Bordered& direction) const {
+    return SumRows([&](int y, float* lanes) {
+      const float *here = w.Row(y), *below = w.Row(y + 1), *above = w.Row(y - 1);
+      const float *right = right_.Row(y), *down = down_.Row(y), *up = down_.Row(y - 1);
+      const float *sx = slope_x_.Row(y), *sy = slope_y_.Row(y), *sy_below = slope_y_.Row(y + 1),
+                  *sy_above = slope_y_.Row(y - 1);
+      for (int i = 0; i < area_.columns; ++i) {
+        const float r = data_.Row(y)[i] * (voted_.Row(y)[i] - here[i]) +
+                        right[i] * (here[i + 1] - here[i] - 0.5f * (sx[i] + sx[i + 1])) -
+                        right[i - 1] * (here[i] - here[i - 1] - 0.5f * (sx[i] + sx[i - 1])) +
+                        down[i] * (below[i] - here[i] - 0.5f * (sy[i] + sy_below[i])) -
+                        up[i] * (here[i] - above[i] - 0.5f * (sy[i] + sy_above[i]));
+        residual.Row(y)[i] = r, direction.Row(y)[i] = r * inverse_.Row(y)[i];
+        lanes[i % kLanes] += r * r * inverse_.Row(y)[i];
+      }
+    });
+  }
+
+  // The system's matrix times d; returns d . product.
+  double Multiply(const Bordered& d, Bordered& product) const {
+    return SumRows([&](int y, float* lanes) {
+      const float *here = d.Row(y), *below = d.Row(y + 1), *above = d.Row(y - 1);
+      const float *data = data_.Row(y), *right = right_.Row(y), *down = down_.Row(y), *up = down_.Row(y - 1);
+      float* out = product.Row(y);
+      for (int i = 0; i < area_.columns; i += kLanes)
+        for (int k = i; k < i + kLanes; ++k) {
+          out[k] = data[k] * here[k] + right[k] * (here[k] - here[k + 1]) +
+                   right[k - 1] * (here[k] - here[k - 1]) + down[k] * (here[k] - below[k]) +
+                   up[k] * (here[k] - above[k]);
+          lanes[k - i] += here[k] * out[k];
+        }
+    });
+  }
+
+  // Returns the new residual's product with itself over the diagonal.
+  double Step(float step, const Bordered& direction, const Bordered& product, Bordered& solution,
+              Bordered& residual) const {
+    return SumRows([&](int y, float* lanes) {
+      const float *d = direction.Row(y), *p = product.Row(y), *inverse = inverse_.Row(y);
+      float *s = solution.Row(y), *r = residual.Row(y);
+      for (int i = 0; i < area_.columns; i += kLanes)
+        for (int k = i; k < i + kLanes; ++k) {
+          s[k] += step * d[k];
+          r[k] -= step * p[k];
+          lanes[k - i] += r[k] * r[k] * inverse[k];
+        }
+    });
+  }
+
+  void Turn(float keep, const Bordered& residual, Bordered& direction) const {
+    ForRows([&](int y) {
+      const float *r = residual.Row(y), *inverse = inverse_.Row(y);
+      float* d = direction.Row(y);
+      for (int i = 0; i < area_.columns; ++i) d[i] = r[i] * inverse[i] + keep * d[i];
+    });
+  }
+
   const Pinhole& camera_;
+  const Image<float>& depth_;
   const Image<Eigen::Vector3f>& normals_;
   const IntegrationOptions& options_;
-  const int width_, height_;
-  Image<float> log_depth_, data_;
-  Image<Link> right_, down_;
+  const Rectangle area_;
+  Bordered voted_, data_;       // log of the voted depth; its weight, 0 where there is none
+  Bordered slope_x_, slope_y_;  // of log z per pixel, from the normal
+  Bordered right_, down_;       // weights of the links to the next pixel
+  Bordered inverse_;            // of the diagonal
 };
 
 }  // namespace
 
 Image<float> IntegrateNormals(const Pinhole& camera, const Image<float>& depth,
                               const Image<float>& confidence, const Image<Eigen::Vector3f>& normals,
-                              const IntegrationOptions& options) {
-  return Integrator(camera, depth, confidence, normals, options).Solve();
+                              const Image<float>& start, const IntegrationOptions& options) {
+  return Integrator(camera, depth, confidence, normals, options).Solve(start);
 }
 
 }  // namespace polarscan

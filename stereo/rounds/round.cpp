@@ -21,8 +21,8 @@ RoundResult RunRound(const Problem& problem, const DepthNormalMap& own, const St
     normals.sigma = sigma;
     map.normal = SolveNormals(problem, map.depth, map.normal, normals);
     if (options.depth_normal)
-      map.depth =
-          IntegrateNormals(problem.reference->camera, vote.depth, vote.confidence, map.normal, integration);
+      map.depth = IntegrateNormals(problem.reference->camera, vote.depth, vote.confidence, map.normal,
+                                   map.depth, integration);
   }
   return {std::move(map), vote.confidence};
 }

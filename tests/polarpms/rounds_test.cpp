@@ -127,7 +127,7 @@ TEST(Integration, FindsTheSphereFromItsNormalsAndFewDepths) {
     }
   IntegrationOptions options;
   options.iterations = 300;
-  const Image<float> depth = IntegrateNormals(kCamera, rough, confidence, sphere.map->normal, options);
+  const Image<float> depth = IntegrateNormals(kCamera, rough, confidence, sphere.map->normal, rough, options);
   double before = 0, after = 0, count = 0;
   for (int y = 0; y < kSize; ++y)
     for (int x = 0; x < kSize; ++x) {
@@ -147,7 +147,7 @@ TEST(Integration, ChangesNothingThatFitsItsNormals) {
     for (int x = 0; x < kSize; ++x)
       depth(x, y) = normal.z() * 3 / normal.dot(kCamera.Ray(x + 0.5, y + 0.5).cast<float>());
   const Image<float> result = IntegrateNormals(
-      kCamera, depth, confidence, Image<Eigen::Vector3f>(kSize, kSize, normal), IntegrationOptions{});
+      kCamera, depth, confidence, Image<Eigen::Vector3f>(kSize, kSize, normal), depth, IntegrationOptions{});
   for (std::size_t i = 0; i < depth.size(); ++i)
     EXPECT_NEAR(result.pixels()[i], depth.pixels()[i], 2e-4f * depth.pixels()[i]);
 }
