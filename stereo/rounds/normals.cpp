@@ -90,7 +90,7 @@ class NormalSolver {
       const PolarSample& own = problem_.reference->polar(x, y);
       if (own.weight > 0) evidence.aop.Add(MakeAopConstraint(own, evidence.ray.x(), evidence.ray.y()));
     }
-    for (const Source& source : problem_.sources) AddSource(source, point, evidence);
+    AddSources(point, evidence);
     evidence.aop.Pad();
     const auto add = [&](const Eigen::Vector3f& normal, float agreement) {
       evidence.others[evidence.other_count] = normal;
@@ -109,12 +109,35 @@ class NormalSolver {
     }
   }
 
-  void AddSource(const Source& source, const Eigen::Vector3f& point, Evidence& evidence) const {
-    const Eigen::Vector3f there = source.rotation * point + source.translation;
-    const Seen seen = LookAt(source, there);
-    if (!seen.inside()) return;
+  // A point as a source sees it, if it does.
+  struct Look {
+    const Source* source;
+    float depth;
+    Seen seen;
+  };
+
+  // First where all sources see the point, then what is there: memory is asked for all of it at once.
+  void AddSources(const Eigen::Vector3f& point, Evidence& evidence) const {
+    std::array<Look, AopTable::kMost> looks;
+    std::size_t count = 0;
+    for (const Source& source : problem_.sources) {
+      if (count == looks.size()) break;
+      const Eigen::Vector3f there = source.rotation * point + source.translation;
+      const Seen seen = LookAt(source, there);
+      if (!seen.inside()) continue;
+      __builtin_prefetch(&source.map->depth(seen.u, seen.v));
+      __builtin_prefetch(&source.map->normal(seen.u, seen.v));
+      if (!source.view->polar.empty()) __builtin_prefetch(&source.view->polar(seen.u, seen.v));
+      looks[count++] = {&source, there.z(), seen};
+    }
+    for (std::size_t i = 0; i < count; ++i) AddLook(looks[i], evidence);
+  }
+
+  void AddLook(const Look& look, Evidence& evidence) const {
+    const Source& source = *look.source;
+    const Seen& seen = look.seen;
     const float depth = source.map->depth(seen.u, seen.v);
-    if (depth <= 0 || std::abs(there.z() - depth) > 4 * options_.sigma * depth) return;
+    if (depth <= 0 || std::abs(look.depth - depth) > 4 * options_.sigma * depth) return;
     evidence.consensus += source.rotation.transpose() * source.map->normal(seen.u, seen.v);
     if (source.view->polar.empty()) return;
     const PolarSample& sample = source.view->polar(seen.u, seen.v);

@@ -63,21 +63,25 @@ Image<Opinion> DrawSurface(const Problem& problem, const Source& source) {
   return drawn;
 }
 
-// Support of `depth` by all ballots (sorted by depth), and their mean around it.
+// Support of `depth` by all ballots, and their mean around it. The kernel (1 - t^2/9)^4 is much like
+// exp(-t^2/2) and ends at 3 sigma.
 Ballot Support(std::span<const Ballot> ballots, float depth, float sigma) {
   float sum = 0, mean = 0;
+  const float scale = 1 / (3 * sigma);
   for (const Ballot& b : ballots) {
-    const float t = (b.depth - depth) / sigma;
-    if (t < -3) continue;
-    if (t > 3) break;
-    const float weight = b.weight * std::exp(-0.5f * t * t);
-    sum += weight, mean += weight * (b.depth - depth);
+    const float away = b.depth - depth, t = away * scale;
+    const float bell = std::max(0.0f, 1 - t * t), weight = b.weight * (bell * bell) * (bell * bell);
+    sum += weight, mean += weight * away;
   }
   return {sum > 0 ? depth + mean / sum : depth, sum};
 }
 
 Ballot MeanShift(std::span<const Ballot> ballots, Ballot mode, float relative_sigma) {
-  for (int i = 0; i < 6; ++i) mode = Support(ballots, mode.depth, relative_sigma * mode.depth);
+  for (int i = 0; i < 6; ++i) {
+    const float before = mode.depth;
+    mode = Support(ballots, before, relative_sigma * before);
+    if (std::abs(mode.depth - before) < 0.01f * relative_sigma * before) break;
+  }
   return mode;
 }
 
