@@ -11,7 +11,7 @@
 namespace polarscan {
 namespace {
 
-constexpr float kSame = 0.9998f;  // cosine (1.1 degrees) from which two starts end alike
+constexpr float kSame = 0.9994f;  // cosine (2 degrees) from which two starts end alike
 
 constexpr int kBeside[4][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/parallel.h"
+#include "stereo/rounds/band_rows.h"
 
 namespace polarscan {
 namespace {
@@ -21,20 +22,6 @@ constexpr float kSharpnessFloor = 0.02f;
 struct Band {
   int begin, end, top, bottom, left = 0, right = 0;
   int width() const { return right - left; }
-};
-
-// A plane of floats over a band with its margin; columns count from the band's left.
-class Plane {
- public:
-  explicit Plane(const Band& band)
-      : top_(band.top),
-        width_(band.width()),
-        values_(std::size_t(band.bottom - band.top) * std::size_t(width_)) {}
-  float* Row(int y) { return values_.data() + std::size_t(y - top_) * std::size_t(width_); }
-
- private:
-  int top_, width_;
-  std::vector<float> values_;
 };
 
 // exp(-r^2 / 2 sigma^2) by r^2, for offsets of up to 2 sigma in x and y.
@@ -57,15 +44,6 @@ std::vector<float> GaussianTaps(float sigma) {
   return taps;
 }
 
-float Bilinear(const Image<float>& image, float u, float v) {
-  const float x = u - 0.5f, y = v - 0.5f;
-  const int left = int(x), top = int(y);
-  const float ax = x - float(left), ay = y - float(top);
-  const float* row = &image(left, top);
-  const float* below = row + image.width();
-  return (row[0] * (1 - ax) + row[1] * ax) * (1 - ay) + (below[0] * (1 - ax) + below[1] * ax) * ay;
-}
-
 class SurfaceMatcher {
  public:
   SurfaceMatcher(const Problem& problem, const DepthNormalMap& own, const SurfaceMatchingOptions& options)
@@ -77,6 +55,7 @@ class SurfaceMatcher {
         taps_(GaussianTaps(options.window_px)),
         smoothing_(GaussianBySquare(options.smoothing_px)),
         step_(StepSize()),
+        scales_(Scales()),
         moves_(width_, height_),
         sharpness_(width_, height_) {}
 
@@ -118,35 +97,11 @@ class SurfaceMatcher {
     return *middle > 0 ? options_.step_px / *middle : 0;
   }
 
-  // `from` filtered into rows [begin, end) of `to`.
-  void Blur(const Band& band, Plane& from, Plane& scratch, Plane& to) const {
-    const int reach = int(taps_.size()) - 1, width = band.width();
-    for (int y = band.top; y < band.bottom; ++y) {
-      const float* in = from.Row(y);
-      float* out = scratch.Row(y);
-      for (int x = 0; x < width; ++x) out[x] = taps_[0] * in[x];
-      for (int i = 1; i <= reach && i < width; ++i) {
-        const float tap = taps_[std::size_t(i)];
-        for (int x = 0; x < width - i; ++x) out[x] += tap * in[x + i];
-        for (int x = i; x < width; ++x) out[x] += tap * in[x - i];
-      }
-    }
-    for (int y = band.begin; y < band.end; ++y) {
-      float* out = to.Row(y);
-      std::fill(out, out + width, 0.0f);
-      for (int i = std::max(-reach, band.top - y); i <= std::min(reach, band.bottom - 1 - y); ++i) {
-        const float tap = taps_[std::size_t(std::abs(i))];
-        const float* in = scratch.Row(y + i);
-        for (int x = 0; x < width; ++x) out[x] += tap * in[x];
-      }
-    }
-  }
-
   // Whether the source sees the point at all of its steps.
   bool Sees(const Source& source, const Eigen::Vector3f& turned, int x, int y) const {
     const Image<float>& gray = source.view->gray;
-    for (int k : {-options_.steps, options_.steps}) {
-      const Eigen::Vector3f p = std::exp(step_ * float(k)) * turned + source.translation;
+    for (const float scale : {scales_.front(), scales_.back()}) {
+      const Eigen::Vector3f p = scale * turned + source.translation;
       if (p.z() <= 0) return false;
       const float u = source.fx * p.x() / p.z() + source.cx, v = source.fy * p.y() / p.z() + source.cy;
       if (!(u >= 0.5f && v >= 0.5f && u < float(gray.width()) - 0.5f && v < float(gray.height()) - 0.5f))
@@ -158,6 +113,12 @@ class SurfaceMatcher {
     const Seen seen = LookAt(source, there);
     const float surface = source.map->depth(seen.u, seen.v);
     return surface <= 0 || surface > there.z() * (1 - kHidden);
+  }
+
+  std::vector<float> Scales() const {
+    std::vector<float> scales;
+    for (int k = 0; k < Steps(); ++k) scales.push_back(std::exp(step_ * float(k - options_.steps)));
+    return scales;
   }
 
   Band MakeBand(int begin) const {
@@ -174,8 +135,9 @@ class SurfaceMatcher {
     const std::size_t count = problem_.sources.size(), steps = std::size_t(Steps());
     const std::size_t pixels = std::size_t(band.end - band.begin) * std::size_t(band.width());
     std::vector<float> costs(pixels * count * steps, 2.0f);  // by pixel, source, step
+    Planes planes(BandPlane(band.top, band.bottom, band.width()));
     for (std::size_t s = 0; s < count; ++s)
-      MatchSource(band, problem_.sources[s], &costs[s * steps], count * steps);
+      MatchSource(band, problem_.sources[s], planes, &costs[s * steps], count * steps);
     std::vector<std::pair<float, const float*>> order(count);
     for (std::size_t i = 0; i < pixels; ++i) {
       const int x = band.left + int(i) % band.width(), y = band.begin + int(i) / band.width();
@@ -188,83 +150,79 @@ class SurfaceMatcher {
     }
   }
 
-  // The points of a band turned into a source's axes, and which of them it sees.
-  struct Turned {
-    Plane x, y, z, seen;
-    explicit Turned(const Band& band) : x(band), y(band), z(band), seen(band) {}
+  // What a band needs while it is matched with one source after the other.
+  struct Planes {
+    BandPlane x, y, z, seen;  // the points turned into the source's axes, and which of them it sees
+    BandPlane r, s, scratch;
+    BandPlane sum_w, sum_r, sum_rr, sum_s, sum_ss, sum_rs;
+    BandPlane one;
+    std::vector<float> cost;
+
+    explicit Planes(const BandPlane& b)
+        : x(b),
+          y(b),
+          z(b),
+          seen(b),
+          r(b),
+          s(b),
+          scratch(b),
+          sum_w(b),
+          sum_r(b),
+          sum_rr(b),
+          sum_s(b),
+          sum_ss(b),
+          sum_rs(b),
+          one(b),
+          cost(std::size_t(b.width()) + BandPlane::kMargin) {
+      for (int row = b.top(); row < b.bottom(); ++row) std::fill_n(one.Row(row), b.width(), 1.0f);
+    }
   };
 
-  bool Turn(const Band& band, const Source& source, Turned& turned) const {
+  bool Turn(const Band& band, const Source& source, Planes& planes) const {
     bool any = false;
-    for (int y = band.top; y < band.bottom; ++y)
-      for (int x = band.left; x < band.right; ++x) {
+    for (int y = band.top; y < band.bottom; ++y) {
+      float *px = planes.x.Row(y), *py = planes.y.Row(y), *pz = planes.z.Row(y), *seen = planes.seen.Row(y),
+            *r = planes.r.Row(y);
+      for (int x = band.left, i = 0; x < band.right; ++x, ++i) {
+        seen[i] = r[i] = 0;
         if (!Counts(x, y)) continue;
         const Eigen::Vector3f point = source.rotation * (own_.depth(x, y) * problem_.Ray(x, y));
         if (!Sees(source, point, x, y)) continue;
-        const int i = x - band.left;
-        turned.x.Row(y)[i] = point.x(), turned.y.Row(y)[i] = point.y(), turned.z.Row(y)[i] = point.z();
-        turned.seen.Row(y)[i] = 1;
+        px[i] = point.x(), py[i] = point.y(), pz[i] = point.z();
+        seen[i] = 1, r[i] = problem_.reference->gray(x, y) - 0.5f;
         any = true;
       }
+    }
     return any;
   }
 
-  // The source's picture on the surface, all depths times `scale`.
-  void Draw(const Band& band, const Source& source, Turned& turned, float scale, Plane& drawn) const {
-    const Eigen::Vector3f& t = source.translation;
-    for (int y = band.top; y < band.bottom; ++y) {
-      const float *px = turned.x.Row(y), *py = turned.y.Row(y), *pz = turned.z.Row(y),
-                  *seen = turned.seen.Row(y);
-      float* out = drawn.Row(y);
-      for (int i = 0; i < band.width(); ++i) {
-        if (seen[i] == 0) continue;
-        const float inverse = 1 / (scale * pz[i] + t.z());
-        out[i] = Bilinear(source.view->gray, source.fx * (scale * px[i] + t.x()) * inverse + source.cx,
-                          source.fy * (scale * py[i] + t.y()) * inverse + source.cy) -
-                 0.5f;
-      }
-    }
-  }
-
   // 1 - NCC of all pixels and steps with one source; costs[0] is the band's first pixel's first step.
-  void MatchSource(const Band& band, const Source& source, float* costs, std::size_t stride) const {
-    Turned turned(band);
-    if (!Turn(band, source, turned)) return;
-    Plane r(band), s(band), product(band), scratch(band);
-    Plane sum_w(band), sum_r(band), sum_rr(band), sum_s(band), sum_ss(band), sum_rs(band);
-    for (int y = band.top; y < band.bottom; ++y)
-      for (int i = 0; i < band.width(); ++i)
-        if (turned.seen.Row(y)[i] != 0) r.Row(y)[i] = problem_.reference->gray(band.left + i, y) - 0.5f;
-    Blur(band, turned.seen, scratch, sum_w);
-    Blur(band, r, scratch, sum_r);
-    Multiply(band, r, r, product);
-    Blur(band, product, scratch, sum_rr);
+  void MatchSource(const Band& band, const Source& source, Planes& p, float* costs,
+                   std::size_t stride) const {
+    if (!Turn(band, source, p)) return;
+    const auto sums = [&](const BandPlane& a, const BandPlane& b, BandPlane& out) {
+      WindowSums(a, b, taps_, band.begin, band.end, p.scratch, out);
+    };
+    sums(p.seen, p.one, p.sum_w);
+    sums(p.r, p.one, p.sum_r);
+    sums(p.r, p.r, p.sum_rr);
+    const Eigen::Vector3f& t = source.translation;
+    const RowCamera camera{source.fx, source.fy, source.cx, source.cy, t.x(), t.y(), t.z()};
     for (int k = 0; k < Steps(); ++k) {
-      Draw(band, source, turned, std::exp(step_ * float(k - options_.steps)), s);
-      Blur(band, s, scratch, sum_s);
-      Multiply(band, s, s, product);
-      Blur(band, product, scratch, sum_ss);
-      Multiply(band, r, s, product);
-      Blur(band, product, scratch, sum_rs);
+      for (int y = band.top; y < band.bottom; ++y)
+        DrawRow(source.view->gray, camera, scales_[std::size_t(k)], p.x.Row(y), p.y.Row(y), p.z.Row(y),
+                p.seen.Row(y), band.width(), p.s.Row(y));
+      sums(p.s, p.one, p.sum_s);
+      sums(p.s, p.s, p.sum_ss);
+      sums(p.r, p.s, p.sum_rs);
       float* cost = costs + k;
-      for (int y = band.begin; y < band.end; ++y)
-        for (int i = 0; i < band.width(); ++i, cost += stride) {
-          if (turned.seen.Row(y)[i] == 0 || sum_w.Row(y)[i] < kLeastWindow) continue;
-          const float inverse = 1 / sum_w.Row(y)[i];
-          const float mean_r = sum_r.Row(y)[i] * inverse, mean_s = sum_s.Row(y)[i] * inverse;
-          const float var_r = sum_rr.Row(y)[i] * inverse - mean_r * mean_r + options_.epsilon;
-          const float var_s = sum_ss.Row(y)[i] * inverse - mean_s * mean_s + options_.epsilon;
-          const float covariance = sum_rs.Row(y)[i] * inverse - mean_r * mean_s + options_.epsilon;
-          *cost = 1 - covariance / std::sqrt(std::max(var_r * var_s, 1e-16f));
-        }
-    }
-  }
-
-  static void Multiply(const Band& band, Plane& a, Plane& b, Plane& out) {
-    for (int y = band.top; y < band.bottom; ++y) {
-      const float *p = a.Row(y), *q = b.Row(y);
-      float* o = out.Row(y);
-      for (int i = 0; i < band.width(); ++i) o[i] = p[i] * q[i];
+      for (int y = band.begin; y < band.end; ++y) {
+        MatchingCostRow({p.sum_w.Row(y), p.sum_r.Row(y), p.sum_rr.Row(y), p.sum_s.Row(y), p.sum_ss.Row(y),
+                         p.sum_rs.Row(y)},
+                        options_.epsilon, band.width(), p.cost.data());
+        for (int i = 0; i < band.width(); ++i, cost += stride)
+          if (p.seen.Row(y)[i] > 0 && p.sum_w.Row(y)[i] >= kLeastWindow) *cost = p.cost[std::size_t(i)];
+      }
     }
   }
 
@@ -319,8 +277,9 @@ class SurfaceMatcher {
   const SurfaceMatchingOptions& options_;
   const int width_, height_;
   const std::vector<float> taps_, smoothing_;
-  const float step_;                // in log depth
-  Image<float> moves_, sharpness_;  // in steps
+  const float step_;                 // in log depth
+  const std::vector<float> scales_;  // of the depth, step by step
+  Image<float> moves_, sharpness_;   // in steps
 };
 
 }  // namespace

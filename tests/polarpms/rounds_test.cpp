@@ -7,6 +7,7 @@
 
 #include "core/random.h"
 #include "stereo/rounds/aop_table.h"
+#include "stereo/rounds/band_rows.h"
 #include "stereo/rounds/integrate.h"
 #include "stereo/rounds/normals.h"
 #include "stereo/rounds/surface_matching.h"
@@ -253,6 +254,64 @@ double MeanError(const SphereView& sphere, const Image<float>& depth) {
       ++count;
     }
   return sum / count;
+}
+
+TEST(BandRows, DrawSumAndCompareLikeTheirDefinitions) {
+  constexpr int kWidth = 37, kTop = 3, kBottom = 21, kBegin = 6, kEnd = 19;
+  const std::vector<float> taps = {0.4f, 0.2f, 0.1f};
+  const Image<float> picture = [] {
+    Image<float> image(50, 40);
+    for (int y = 0; y < 40; ++y)
+      for (int x = 0; x < 50; ++x) image(x, y) = 0.5f + 0.4f * std::sin(0.3f * float(x) + 0.2f * float(y));
+    return image;
+  }();
+  BandPlane x(kTop, kBottom, kWidth), y = x, z = x, seen = x, drawn = x, scratch = x, sums = x;
+  Random random(5);
+  for (int row = kTop; row < kBottom; ++row)
+    for (int i = 0; i < kWidth; ++i) {
+      z.Row(row)[i] = 2 + 0.01f * float(i), seen.Row(row)[i] = random.Uniform(0, 1) < 0.8 ? 1.0f : 0.0f;
+      x.Row(row)[i] = z.Row(row)[i] * (float(i) - 18) / 50,
+      y.Row(row)[i] = z.Row(row)[i] * float(row - 11) / 50;
+    }
+  const RowCamera camera{45, 45, 25, 20, 0.02f, -0.03f, 0.1f};
+  for (int row = kTop; row < kBottom; ++row)
+    DrawRow(picture, camera, 1.02f, x.Row(row), y.Row(row), z.Row(row), seen.Row(row), kWidth,
+            drawn.Row(row));
+  WindowSums(drawn, z, taps, kBegin, kEnd, scratch, sums);
+  for (int row = kBegin; row < kEnd; ++row)
+    for (int i = 0; i < kWidth; ++i) {
+      double expected = 0;
+      for (int dy = -2; dy <= 2; ++dy)
+        for (int dx = -2; dx <= 2; ++dx)
+          if (i + dx >= 0 && i + dx < kWidth && row + dy >= kTop && row + dy < kBottom)
+            expected += double(taps[std::size_t(std::abs(dx))]) * taps[std::size_t(std::abs(dy))] *
+                        drawn.Row(row + dy)[i + dx] * z.Row(row + dy)[i + dx];
+      EXPECT_NEAR(sums.Row(row)[i], expected, 1e-5) << i << " " << row;
+      const double pz = 1.02 * z.Row(row)[i] + 0.1, u = 45 * (1.02 * x.Row(row)[i] + 0.02) / pz + 25 - 0.5,
+                   v = 45 * (1.02 * y.Row(row)[i] - 0.03) / pz + 20 - 0.5;
+      const int left = int(u), top = int(v);
+      const double au = u - left, av = v - top;
+      const double value = (picture(left, top) * (1 - au) + picture(left + 1, top) * au) * (1 - av) +
+                           (picture(left, top + 1) * (1 - au) + picture(left + 1, top + 1) * au) * av;
+      EXPECT_NEAR(drawn.Row(row)[i], seen.Row(row)[i] > 0 ? value - 0.5 : 0, 1e-4) << i << " " << row;
+    }
+  std::vector<float> w(kWidth, 2), r(kWidth), rr(kWidth), s(kWidth), ss(kWidth), rs(kWidth),
+      cost(kWidth + 16);
+  for (std::vector<float>* sum : {&w, &r, &rr, &s, &ss, &rs}) sum->resize(kWidth + 16, 1);
+  for (int i = 0; i < kWidth; ++i) {
+    const std::size_t k = std::size_t(i);
+    r[k] = float(random.Uniform(-1, 1)), s[k] = float(random.Uniform(-1, 1));
+    rr[k] = r[k] * r[k] / 2 + 1, ss[k] = s[k] * s[k] / 2 + 3,
+    rs[k] = r[k] * s[k] / 2 + float(random.Uniform(-1, 1));
+  }
+  MatchingCostRow({w.data(), r.data(), rr.data(), s.data(), ss.data(), rs.data()}, 1e-5f, kWidth,
+                  cost.data());
+  for (int i = 0; i < kWidth; ++i) {
+    const std::size_t k = std::size_t(i);
+    const double expected =
+        1 - (rs[k] - r[k] * s[k] / 2) / std::sqrt((rr[k] - r[k] * r[k] / 2) * (ss[k] - s[k] * s[k] / 2));
+    EXPECT_NEAR(cost[k], expected, 1e-4);
+  }
 }
 
 // 0.001 of the depth are 0.05 px in the farthest source.
