@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "apps/stages.h"
+#include "stereo/sfm/colmap_workspace.h"
 
 namespace polarscan {
 namespace {
@@ -11,15 +12,24 @@ struct FuseArguments {
   FusionOptions options;
 };
 
-void Run(const FuseArguments& arguments, Context& context) {
+// The cloud and what is known of it.
+std::pair<std::filesystem::path, nlohmann::json> Fuse(const FuseArguments& arguments, Context& context) {
+  if (IsColmapWorkspace(arguments.scan)) {
+    const auto cloud = arguments.scan / "cloud.ply";
+    return {cloud, ToJson(FuseCloud(arguments.scan, cloud, arguments.options, context.progress))};
+  }
   Scan scan = Scan::Open(arguments.scan, context.progress);
   scan.ContinueAfter("stereo");
   RunFusion(scan, arguments.options);
-  nlohmann::json result = scan.Counts("fusion");
-  result["cloud"] = scan.cloud().string();
+  return {scan.cloud(), scan.Counts("fusion")};
+}
+
+void Run(const FuseArguments& arguments, Context& context) {
+  auto [cloud, result] = Fuse(arguments, context);
+  result["cloud"] = cloud.string();
   context.Finish(result, fmt::format("{} points from {} views, each seen by {:.1f} on average: {}",
                                      result.at("points").get<std::size_t>(), result.at("views").get<int>(),
-                                     result.at("mean_views").get<double>(), scan.cloud().string()));
+                                     result.at("mean_views").get<double>(), cloud.string()));
 }
 
 }  // namespace
@@ -27,7 +37,7 @@ void Run(const FuseArguments& arguments, Context& context) {
 void AddFuseCommand(CLI::App& app, Context& context) {
   auto arguments = std::make_shared<FuseArguments>();
   CLI::App* command = app.add_subcommand("fuse", "Fuses a scan's depth maps into SCAN/cloud.ply");
-  command->add_option("SCAN", arguments->scan, "The scan's folder")
+  command->add_option("SCAN", arguments->scan, "The scan's folder, or a dense workspace by COLMAP")
       ->required()
       ->check(CLI::ExistingDirectory);
   AddOptions(*command, Table(arguments->options));

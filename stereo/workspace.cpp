@@ -3,11 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
 #include "core/files.h"
 #include "core/image_io.h"
+#include "demosaic/polar_view.h"
 
 namespace polarscan {
 namespace {
@@ -21,7 +23,7 @@ json ToJson(const DenseView& view) {
   for (int i = 0; i < 9; ++i) rotation.push_back(view.cam_from_world.rotation(i / 3, i % 3));
   for (int i = 0; i < 3; ++i) translation.push_back(view.cam_from_world.translation[i]);
   const Pinhole& c = view.camera;
-  return {
+  json value = {
       {"name", view.name},
       {"camera",
        {{"width", c.width}, {"height", c.height}, {"fx", c.fx}, {"fy", c.fy}, {"cx", c.cx}, {"cy", c.cy}}},
@@ -29,11 +31,14 @@ json ToJson(const DenseView& view) {
       {"depth_min", view.depth_min},
       {"depth_max", view.depth_max},
       {"sources", view.sources}};
+  if (!view.picture.empty()) value["picture"] = view.picture;
+  return value;
 }
 
 DenseView ViewFromJson(const json& value) {
   DenseView view;
   view.name = value.at("name");
+  view.picture = value.value("picture", "");
   const json& c = value.at("camera");
   view.camera = {c.at("width"), c.at("height"), c.at("fx"), c.at("fy"), c.at("cx"), c.at("cy")};
   const json& pose = value.at("cam_from_world");
@@ -46,9 +51,15 @@ DenseView ViewFromJson(const json& value) {
   return view;
 }
 
+// Whether a file of that name stays inside its folder.
+bool IsLocal(const std::string& name) {
+  const std::filesystem::path path(name);
+  return !name.empty() && path.is_relative() && std::ranges::find(path, "..") == path.end();
+}
+
 bool IsSound(const DenseView& view, int index, int count) {
   const Pinhole& c = view.camera;
-  bool sound = !view.name.empty() && view.name.find('/') == std::string::npos && c.width > 0 &&
+  bool sound = IsLocal(view.name) && (view.picture.empty() || IsLocal(view.picture)) && c.width > 0 &&
                c.height > 0 && c.fx > 0 && c.fy > 0 && view.depth_min > 0 &&
                view.depth_max > view.depth_min &&
                std::abs(view.cam_from_world.rotation.determinant() - 1) < 1e-6;
@@ -57,6 +68,15 @@ bool IsSound(const DenseView& view, int index, int count) {
 }
 
 }  // namespace
+
+std::string ViewName(const std::string& picture) {
+  return std::filesystem::path(picture).replace_extension().string();
+}
+
+std::filesystem::path Workspace::LightPath(int view) const {
+  const auto stokes = StokesPath(view);
+  return std::filesystem::exists(stokes) ? stokes : PicturePath(view);
+}
 
 Workspace ReadWorkspace(const std::filesystem::path& folder) {
   const auto path = folder / "views.json";
@@ -85,6 +105,26 @@ void WriteWorkspace(const Workspace& workspace) {
   for (const DenseView& view : workspace.views) views.push_back(ToJson(view));
   WriteJson(workspace.folder / "views.json",
             {{"format", kFormat}, {"polarized", workspace.polarized}, {"views", views}});
+}
+
+StokesImage ReadViewLight(const Workspace& workspace, int view) {
+  const auto path = workspace.LightPath(view);
+  StokesImage light;
+  if (path == workspace.StokesPath(view)) {
+    light = ReadStokes(path);
+  } else {
+    const Picture picture = ReadPicture(path);
+    Sensor photo;
+    photo.bits = picture.bits, photo.white_dn = std::ldexp(1.0, picture.bits) - 1;
+    if (picture.bits == 8) photo.gamma = 2.2;
+    light = ViewFromPhoto(picture, photo).stokes;
+  }
+  const Pinhole& camera = workspace.views[std::size_t(view)].camera;
+  if (light.s0.width() != camera.width || light.s0.height() != camera.height)
+    throw Error(fmt::format("the view has {} x {} pixels, its camera {} x {}", light.s0.width(),
+                            light.s0.height(), camera.width, camera.height),
+                path.string(), kAdvice);
+  return light;
 }
 
 Image<std::uint8_t> ReadViewMask(const Workspace& workspace, int view) {

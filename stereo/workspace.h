@@ -22,31 +22,41 @@ namespace polarscan {
 //   stereo/depth_maps/NAME.png.{photometric,geometric}.bin, stereo/normal_maps/..., patch-match.cfg,
 //   fusion.cfg views.json                    what COLMAP's files cannot hold: the cameras at pixel centres,
 //   depth ranges, sources
-// NAME is the input picture's stem.
+// NAME is the input picture's stem. A workspace that COLMAP made (stereo/sfm/colmap_workspace.h) holds plain
+// photos: no polar/, pictures of any kind and in any folders below images/.
 struct DenseView {
-  std::string name;  // stem, without extension
+  std::string name;  // of the picture without its extension
   Pinhole camera;    // pixel centres at integer + 0.5
   Rigid cam_from_world;
   double depth_min = 0, depth_max = 0;  // of the object or scene, world units, > 0
   std::vector<int> sources;             // indices into Workspace::views, best first
+  std::string picture{};                // below images/; empty: NAME.png
 };
+
+// The picture's name without its extension: "left/0001.jpg" gives "left/0001".
+std::string ViewName(const std::string& picture);
 
 struct Workspace {
   std::filesystem::path folder;
   std::vector<DenseView> views;  // sorted by name
   bool polarized = false;        // false: plain photos, S1 = S2 = 0 everywhere
 
-  std::filesystem::path PicturePath(int view) const {
-    return folder / "images" / (views[view].name + ".png");
+  // Below images/; the maps are named after it.
+  std::string PictureName(int view) const {
+    const DenseView& v = views[std::size_t(view)];
+    return v.picture.empty() ? v.name + ".png" : v.picture;
   }
+  std::filesystem::path PicturePath(int view) const { return folder / "images" / PictureName(view); }
   std::filesystem::path StokesPath(int view) const { return folder / "polar" / (views[view].name + ".tif"); }
   std::filesystem::path MaskPath(int view) const { return folder / "masks" / (views[view].name + ".png"); }
+  // What stereo reads: the Stokes view, or the picture where there is none.
+  std::filesystem::path LightPath(int view) const;
   // kind: "photometric" or "geometric".
   std::filesystem::path DepthPath(int view, const std::string& kind) const {
-    return folder / "stereo/depth_maps" / (views[view].name + ".png." + kind + ".bin");
+    return folder / "stereo/depth_maps" / (PictureName(view) + "." + kind + ".bin");
   }
   std::filesystem::path NormalPath(int view, const std::string& kind) const {
-    return folder / "stereo/normal_maps" / (views[view].name + ".png." + kind + ".bin");
+    return folder / "stereo/normal_maps" / (PictureName(view) + "." + kind + ".bin");
   }
 };
 
@@ -54,6 +64,10 @@ struct Workspace {
 Workspace ReadWorkspace(const std::filesystem::path& folder);
 // Writes views.json (nothing else), atomically.
 void WriteWorkspace(const Workspace& workspace);
+
+// The view's light from LightPath: a photo's has S1 = S2 = 0 (8 bits: by gamma 2.2). Throws Error if the file
+// is damaged or of another size than the camera.
+StokesImage ReadViewLight(const Workspace& workspace, int view);
 
 // The view's mask, or an empty image if the workspace has none for it.
 Image<std::uint8_t> ReadViewMask(const Workspace& workspace, int view);

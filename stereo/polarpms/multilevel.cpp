@@ -121,9 +121,9 @@ class MultilevelStage {
   // Of a run that was killed before it could remove them, or of one with other options.
   void RemoveStepsLeft() const {
     for (const fs::path& folder :
-         {workspace_.DepthPath(0, "step").parent_path(), workspace_.NormalPath(0, "step").parent_path()}) {
+         {workspace_.folder / "stereo/depth_maps", workspace_.folder / "stereo/normal_maps"}) {
       std::vector<fs::path> left;
-      for (const auto& entry : fs::directory_iterator(folder))
+      for (const auto& entry : fs::recursive_directory_iterator(folder))
         if (entry.path().stem().extension().string().starts_with(".step")) left.push_back(entry.path());
       for (const fs::path& path : left) fs::remove(path);
     }

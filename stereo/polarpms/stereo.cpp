@@ -22,7 +22,7 @@ std::uint64_t InputHash(const Workspace& workspace, StereoOptions options) {
   std::uint64_t hash = Hash(ToJson(Table(options)).dump());
   hash = HashFile(workspace.folder / "views.json", hash);
   for (int view = 0; view < int(workspace.views.size()); ++view) {
-    hash = HashFile(workspace.StokesPath(view), hash);
+    hash = HashFile(workspace.LightPath(view), hash);
     if (options.masks && fs::exists(workspace.MaskPath(view)))
       hash = HashFile(workspace.MaskPath(view), hash);
   }

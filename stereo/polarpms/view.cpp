@@ -122,16 +122,14 @@ float GrayScale(const Workspace& workspace) {
   const int count = int(workspace.views.size()), step = std::max(1, count / 16);
   float largest = 0;
   for (int view = 0; view < count; view += step)
-    largest = std::max(largest, Percentile(ReadStokes(workspace.StokesPath(view)).s0, 0.995));
+    largest = std::max(largest, Percentile(ReadViewLight(workspace, view).s0, 0.995));
   return largest > 0 ? 1 / largest : 1;
 }
 
 StereoView LoadStereoView(const Workspace& workspace, int index, float gray_scale,
                           const StereoOptions& options, int halvings) {
   const DenseView& dense = workspace.views[std::size_t(index)];
-  StokesImage stokes = ReadStokes(workspace.StokesPath(index));
-  if (stokes.s0.width() != dense.camera.width || stokes.s0.height() != dense.camera.height)
-    throw Error("the Stokes view's size differs from its camera's", workspace.StokesPath(index).string());
+  StokesImage stokes = ReadViewLight(workspace, index);
   StereoView view;
   view.camera = dense.camera;
   view.cam_from_world = dense.cam_from_world;

@@ -39,7 +39,7 @@ std::vector<ScenePoint> ScenePoints(const SparseModel& model, const std::vector<
   for (std::size_t i = 0; i < views.size(); ++i) index_of_name[views[i].name] = int(i);
   std::map<std::uint32_t, int> index_of_image;
   for (const auto& [id, image] : model.images) {
-    const auto found = index_of_name.find(std::filesystem::path(image.name).stem().string());
+    const auto found = index_of_name.find(ViewName(image.name));
     if (found != index_of_name.end()) index_of_image[id] = found->second;
   }
   std::vector<ScenePoint> points;

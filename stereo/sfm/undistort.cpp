@@ -12,9 +12,8 @@
 #include "core/parallel.h"
 #include "demosaic/stokes.h"
 #include "stereo/sfm/dense_export.h"
-#include "stereo/sfm/depth_range.h"
+#include "stereo/sfm/dense_views.h"
 #include "stereo/sfm/resample.h"
-#include "stereo/sfm/source_views.h"
 #include "stereo/workspace.h"
 
 namespace polarscan {
@@ -117,14 +116,6 @@ void ClearFolder(const fs::path& dense) {
   for (const char* name : {"images", "polar", "masks", "sparse"}) fs::remove_all(dense / name);
 }
 
-void WarnOfLonelyViews(const Workspace& workspace, Progress& progress) {
-  for (const DenseView& view : workspace.views)
-    if (view.sources.empty())
-      progress.Warn(fmt::format(
-          "view {} has no other view to be matched with (all look elsewhere, or from the same place)",
-          view.name));
-}
-
 void ApplyDepthOptions(const UndistortOptions& options, DenseView& view) {
   if (options.depth_min > 0) view.depth_min = options.depth_min;
   if (options.depth_max > 0) view.depth_max = options.depth_max;
@@ -170,17 +161,8 @@ void Undistort(const fs::path& views, const SparseModel& model, const fs::path& 
   });
   workspace.polarized = polarized;
 
-  const std::vector<ScenePoint> points = ScenePoints(model, workspace.views);
-  const auto sources = ChooseSources(workspace.views, points);
-  const auto ranges = EstimateDepthRanges(workspace.views, points, masks, progress);
-  for (std::size_t i = 0; i < tasks.size(); ++i) {
-    DenseView& view = workspace.views[i];
-    view.sources = sources[i];
-    view.depth_min = ranges[i].min;
-    view.depth_max = ranges[i].max;
-    ApplyDepthOptions(options, view);
-  }
-  WarnOfLonelyViews(workspace, progress);
+  ChooseSourcesAndDepths(model, masks, workspace, progress);
+  for (DenseView& view : workspace.views) ApplyDepthOptions(options, view);
   WriteColmapWorkspace(workspace, model);
   WriteWorkspace(workspace);
 }

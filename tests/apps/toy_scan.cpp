@@ -139,4 +139,23 @@ void WriteToyScan(const std::filesystem::path& folder, int views, int width, int
   WriteJson(folder / "scan.json", ScanJson(views, cloud.size()));
 }
 
+TriangleMesh Ball() {
+  constexpr std::uint32_t kRings = 36, kSpokes = 72;
+  TriangleMesh ball;
+  for (std::uint32_t ring = 0; ring <= kRings; ++ring)
+    for (std::uint32_t spoke = 0; spoke < kSpokes; ++spoke) {
+      const double polar = M_PI * ring / kRings, around = 2 * M_PI * spoke / kSpokes;
+      ball.vertices.emplace_back(std::sin(polar) * std::cos(around), std::cos(polar),
+                                 -std::sin(polar) * std::sin(around));
+      ball.normals.push_back(ball.vertices.back());
+    }
+  for (std::uint32_t ring = 0; ring < kRings; ++ring)
+    for (std::uint32_t spoke = 0; spoke < kSpokes; ++spoke) {
+      const std::uint32_t a = ring * kSpokes + spoke, b = ring * kSpokes + (spoke + 1) % kSpokes;
+      ball.triangles.push_back({a, a + kSpokes, b});
+      ball.triangles.push_back({b, a + kSpokes, b + kSpokes});
+    }
+  return ball;
+}
+
 }  // namespace polarscan::test
