@@ -69,23 +69,25 @@ std::vector<Step> PlanSteps(const StereoOptions& options, int levels) {
 class MultilevelStage {
  public:
   MultilevelStage(const Workspace& workspace, const StereoOptions& options, std::uint64_t input_hash,
-                  Progress& progress)
+                  const Shard& shard, Progress& progress)
       : workspace_(workspace),
         options_(options),
+        shard_(shard),
         progress_(progress),
         scale_(GrayScale(workspace)),
-        done_(workspace, input_hash),
+        done_(workspace, input_hash, shard),
         steps_(PlanSteps(options, Levels())) {}
 
   void Run() {
     std::size_t first = steps_.size();  // the step after the last one that is done for all views
-    while (first > 0 && !IsDone(steps_[first - 1])) --first;
+    while (first > 0 && !done_.IsDone(steps_[first - 1].kind)) --first;
     for (std::size_t i = first; i < steps_.size(); ++i) {
       RunStep(steps_[i]);
-      if (i > 0) RemoveMaps(steps_[i].before);
+      done_.WaitForOthers(steps_[i].kind, progress_);
+      if (i > 0) done_.Remove(steps_[i].before);
     }
-    RemoveMaps("photometric");  // of another schedule
-    RemoveStepsLeft();
+    done_.Remove("photometric");  // of another schedule
+    if (shard_.count == 1) RemoveStepsLeft();
   }
 
  private:
@@ -108,16 +110,6 @@ class MultilevelStage {
 
   bool IsLast(const Step& step) const { return step.kind == steps_.back().kind; }
 
-  bool IsDone(const Step& step) const {
-    for (int view = 0; view < Count(); ++view)
-      if (!done_.IsDone(view, step.kind)) return false;
-    return true;
-  }
-
-  void RemoveMaps(const std::string& kind) {
-    for (int view = 0; view < Count(); ++view) done_.Remove(view, kind);
-  }
-
   // Of a run that was killed before it could remove them, or of one with other options.
   void RemoveStepsLeft() const {
     for (const fs::path& folder :
@@ -135,8 +127,8 @@ class MultilevelStage {
     Cache<DepthNormalMap> maps(
         cache_bytes / 2, [&](int v) { return MapsBefore(step, v); },
         [](const DepthNormalMap& m) { return BytesOf(m); });
-    progress_.Begin(step.title, std::size_t(Count()));
-    for (int view = 0; view < Count(); ++view) {
+    progress_.Begin(step.title, std::size_t((Count() - shard_.index + shard_.count - 1) / shard_.count));
+    for (int view = shard_.index; view < Count(); view += shard_.count) {
       progress_.Check();
       if (!done_.IsDone(view, step.kind)) {
         const DepthNormalMap map = Run(step, view, views, maps);
@@ -262,6 +254,7 @@ class MultilevelStage {
 
   const Workspace& workspace_;
   const StereoOptions& options_;
+  const Shard shard_;
   Progress& progress_;
   const float scale_;
   DoneList done_;
@@ -273,8 +266,8 @@ class MultilevelStage {
 }  // namespace
 
 void RunMultilevel(const Workspace& workspace, const StereoOptions& options, std::uint64_t input_hash,
-                   Progress& progress) {
-  MultilevelStage(workspace, options, input_hash, progress).Run();
+                   const Shard& shard, Progress& progress) {
+  MultilevelStage(workspace, options, input_hash, shard, progress).Run();
 }
 
 }  // namespace polarscan

@@ -4,6 +4,7 @@
 
 #include "core/progress.h"
 #include "stereo/polarpms/options.h"
+#include "stereo/polarpms/shard.h"
 #include "stereo/workspace.h"
 
 namespace polarscan {
@@ -13,6 +14,6 @@ namespace polarscan {
 // before, which are kept on disk beside the final ones until the next step is done. The last step's maps are
 // the "geometric" ones. input_hash: of everything that the maps depend on. Throws Cancelled.
 void RunMultilevel(const Workspace& workspace, const StereoOptions& options, std::uint64_t input_hash,
-                   Progress& progress);
+                   const Shard& shard, Progress& progress);
 
 }  // namespace polarscan

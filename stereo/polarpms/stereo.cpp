@@ -33,7 +33,7 @@ std::uint64_t InputHash(const Workspace& workspace, StereoOptions options) {
 class SequentialStage {
  public:
   SequentialStage(const Workspace& workspace, const StereoOptions& options, std::uint64_t input_hash,
-                  Progress& progress)
+                  const Shard& shard, Progress& progress)
       : workspace_(workspace),
         options_(options),
         progress_(progress),
@@ -44,21 +44,21 @@ class SequentialStage {
         maps_(
             CacheBytes() / 2, [this](int v) { return ReadMaps(workspace_, v, kPhotometric); },
             [](const DepthNormalMap& m) { return BytesOf(m); }),
-        done_(workspace, input_hash) {}
+        shard_(shard),
+        done_(workspace, input_hash, shard) {}
 
   void RunPass(const std::string& kind, int first_sweep, int iterations) {
     const int count = int(workspace_.views.size());
-    progress_.Begin(kind + " pass", std::size_t(count));
-    for (int view = 0; view < count; ++view) {
+    progress_.Begin(kind + " pass", std::size_t((count - shard_.index + shard_.count - 1) / shard_.count));
+    for (int view = shard_.index; view < count; view += shard_.count) {
       progress_.Check();
       if (!done_.IsDone(view, kind)) EstimateView(view, kind, first_sweep, iterations);
       progress_.Advance();
     }
+    done_.WaitForOthers(kind, progress_);
   }
 
-  void RemoveMaps(const std::string& kind) {
-    for (int view = 0; view < int(workspace_.views.size()); ++view) done_.Remove(view, kind);
-  }
+  void RemoveMaps(const std::string& kind) { done_.Remove(kind); }
 
  private:
   std::size_t CacheBytes() const { return std::size_t(options_.cache_gb * 1e9); }
@@ -95,18 +95,20 @@ class SequentialStage {
   const float scale_;
   Cache<StereoView> views_;
   Cache<DepthNormalMap> maps_;
+  const Shard shard_;
   DoneList done_;
 };
 
 }  // namespace
 
-void EstimateDepths(const fs::path& dense, const StereoOptions& options, Progress& progress) {
+void EstimateDepths(const fs::path& dense, const StereoOptions& options, Progress& progress,
+                    const Shard& shard) {
   const Workspace workspace = ReadWorkspace(dense);
   if (!workspace.polarized && options.polarization)
     progress.Warn("the pictures hold no polarization: the polarization term is neglected");
   const std::uint64_t inputs = InputHash(workspace, options);
-  if (options.schedule == "checkerboard") return RunMultilevel(workspace, options, inputs, progress);
-  SequentialStage stage(workspace, options, inputs, progress);
+  if (options.schedule == "checkerboard") return RunMultilevel(workspace, options, inputs, shard, progress);
+  SequentialStage stage(workspace, options, inputs, shard, progress);
   stage.RunPass(kPhotometric, 0, options.photometric_iterations);
   if (options.geometric_iterations > 0)
     stage.RunPass(kGeometric, 4 * options.photometric_iterations, options.geometric_iterations);

@@ -4,6 +4,7 @@
 
 #include "core/progress.h"
 #include "stereo/polarpms/options.h"
+#include "stereo/polarpms/shard.h"
 
 namespace polarscan {
 
@@ -13,6 +14,8 @@ namespace polarscan {
 // A view's maps are kept if they were made with the same inputs and options (stereo/done.json holds the
 // hashes), so a killed run goes on where it was. Throws Error if the workspace is damaged or a view has no
 // source views.
-void EstimateDepths(const std::filesystem::path& dense, const StereoOptions& options, Progress& progress);
+// Shards make the same bytes as one program: each makes its views and waits for the others' between passes.
+void EstimateDepths(const std::filesystem::path& dense, const StereoOptions& options, Progress& progress,
+                    const Shard& shard = {});
 
 }  // namespace polarscan

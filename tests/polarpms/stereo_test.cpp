@@ -10,6 +10,7 @@
 #include <numbers>
 #include <optional>
 #include <set>
+#include <thread>
 
 #include "core/files.h"
 #include "core/image_io.h"
@@ -238,6 +239,37 @@ TEST_F(Sphere, VisualHullOfItsSilhouettesContainsTheSurface) {
         width += hull(x, y).far_depth - hull(x, y).near_depth, count += 1;
       }
   EXPECT_LT(width / count, 2.6);  // narrower than the whole range of 3
+}
+
+TEST_F(Sphere, ShardsMakeTheSameBytesAsOneProgram) {
+  for (const char* preset : {"default", "paper"}) {
+    Write(true);
+    EstimateDepths(folder_, Quick(preset), progress_);
+    const std::string alone = AllBytes();
+    fs::remove_all(folder_ / "stereo");
+    std::vector<std::jthread> shards;
+    for (int i : {1, 0, 2})
+      shards.emplace_back([&, i] {
+        Progress progress;
+        EstimateDepths(folder_, Quick(preset), progress, {i, 3, 60});
+      });
+    shards.clear();
+    EXPECT_TRUE(AllBytes() == alone) << preset;
+    const auto made = fs::last_write_time(workspace_.DepthPath(0, "geometric"));
+    EstimateDepths(folder_, Quick(preset), progress_);  // finds everything done
+    EXPECT_EQ(fs::last_write_time(workspace_.DepthPath(0, "geometric")), made);
+    EXPECT_TRUE(AllBytes() == alone) << preset;
+  }
+}
+
+TEST_F(Sphere, AShardWithoutTheOthersSaysWhatIsMissing) {
+  Write(true);
+  try {
+    EstimateDepths(folder_, Quick("fast"), progress_, {0, 2, 0.3});
+    FAIL() << "no error";
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("Start all shards"), std::string::npos) << e.what();
+  }
 }
 
 TEST_F(Sphere, AViewWithoutSourcesIsNamed) {
