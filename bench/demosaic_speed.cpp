@@ -6,12 +6,12 @@
 #include <fmt/format.h>
 #include <tbb/info.h>
 
-#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <functional>
 #include <opencv2/imgproc.hpp>
 
+#include "bench/timing.h"
 #include "core/parallel.h"
 #include "core/random.h"
 #include "demosaic/fused.h"
@@ -23,16 +23,6 @@ namespace {
 
 constexpr int kWidth = 2448, kHeight = 2048;
 constexpr double kPixels = double(kWidth) * kHeight;
-
-double BestSeconds(int rounds, const std::function<void()>& f) {
-  double best = 1e9;
-  for (int i = 0; i < rounds; ++i) {
-    const auto start = std::chrono::steady_clock::now();
-    f();
-    best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-  }
-  return best;
-}
 
 // Bytes a second, read and written, of all threads copying.
 double CopyBandwidth(int rounds) {
