@@ -207,12 +207,15 @@ Image<Eigen::Vector3f> SolveNormals(const Problem& problem, const Image<float>& 
     for (int x = 0; x < depth.width(); ++x)
       if (depth(x, y) > 0) solved(x, y) = solver.Solve(x, y, from_depth(x, y));
   });
-  Image<Eigen::Vector3f> smooth(depth.width(), depth.height(), Eigen::Vector3f::Zero());
-  ParallelFor(0, depth.height(), [&](int y) {
-    for (int x = 0; x < depth.width(); ++x)
-      if (depth(x, y) > 0) smooth(x, y) = Smoothed(solved, x, y);
-  });
-  return smooth;
+  for (int i = 0; i < options.smoothings; ++i) {
+    Image<Eigen::Vector3f> smooth(depth.width(), depth.height(), Eigen::Vector3f::Zero());
+    ParallelFor(0, depth.height(), [&](int y) {
+      for (int x = 0; x < depth.width(); ++x)
+        if (depth(x, y) > 0) smooth(x, y) = Smoothed(solved, x, y);
+    });
+    solved = std::move(smooth);
+  }
+  return solved;
 }
 
 }  // namespace polarscan

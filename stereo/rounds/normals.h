@@ -12,6 +12,7 @@ struct NormalOptions {
   float depth_normal = 0.6f;  // of the normal of the depth map
   float consensus = 0.6f;     // of the mean of the other views' normals
   float tangent = 0.5f;       // of the depth map's tangents in the least-squares step
+  int smoothings = 2;         // over similar neighbours, at the end
 };
 
 // Normals (unit, camera frame) of a depth map by planes fitted to log z over 5x5 pixels; pixels across a
@@ -22,7 +23,7 @@ Image<Eigen::Vector3f> DepthNormals(const Problem& problem, const Image<float>& 
 // its AoP, as diffuse or specular reflection, whichever fits (AopConstraint); the four neighbours and the
 // depth map pull weakly. Candidates are the pixel's own normal, the depth map's, the mean of the other views'
 // and the neighbours', each improved by two re-weighted least-squares steps: so a wrong 90-degree label is
-// overruled by better neighbours. Then one smoothing over similar neighbours.
+// overruled by better neighbours. Then the normals are smoothed over similar neighbours.
 Image<Eigen::Vector3f> SolveNormals(const Problem& problem, const Image<float>& depth,
                                     const Image<Eigen::Vector3f>& start, const NormalOptions& options);
 
