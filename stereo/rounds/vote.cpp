@@ -27,12 +27,28 @@ struct Opinion {
   Ballot near_by, far_off;
 };
 
-// The source's surface as the reference camera would see it. weight: cosine of the angle at which the source
-// sees it.
-Image<Opinion> DrawSurface(const Problem& problem, const Source& source) {
+// Columns [left, right) and rows [top, bottom).
+struct Box {
+  int left, top, right, bottom;
+};
+
+Box AroundActive(const Problem& problem, int width, int height) {
+  Box box{width, height, 0, 0};
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      if (problem.Active(x, y)) {
+        box.left = std::min(box.left, x), box.right = std::max(box.right, x + 1);
+        box.top = std::min(box.top, y), box.bottom = y + 1;
+      }
+  return box;
+}
+
+// The source's surface as the reference camera would see it, in that part of the picture. weight: cosine of
+// the angle at which the source sees it.
+Image<Opinion> DrawSurface(const Problem& problem, const Source& source, const Box& box) {
   const Pinhole& camera = problem.reference->camera;
   const Pinhole& from = source.view->camera;
-  Image<Opinion> drawn(camera.width, camera.height);
+  Image<Opinion> drawn(box.right - box.left, box.bottom - box.top);
   const Eigen::Matrix3f back = source.rotation.transpose();
   const Eigen::Vector3f origin = -(back * source.translation);
   const float fx = float(camera.fx), fy = float(camera.fy), cx = float(camera.cx), cy = float(camera.cy);
@@ -50,12 +66,12 @@ Image<Opinion> DrawSurface(const Problem& problem, const Source& source) {
       const float u = fx * point.x() / point.z() + cx, v = fy * point.y() / point.z() + cy;
       const int left = int(std::floor(u - kReach + 0.5f)), right = int(std::floor(u + kReach - 0.5f)),
                 top = int(std::floor(v - kReach + 0.5f)), bottom = int(std::floor(v + kReach - 0.5f));
-      for (int py = std::max(0, top); py <= std::min(bottom, camera.height - 1); ++py)
-        for (int px = std::max(0, left); px <= std::min(right, camera.width - 1); ++px) {
+      for (int py = std::max(box.top, top); py <= std::min(bottom, box.bottom - 1); ++py)
+        for (int px = std::max(box.left, left); px <= std::min(right, box.right - 1); ++px) {
           if (!problem.Active(px, py)) continue;
           const float z = facing / normal.dot(problem.Ray(px, py));
           if (std::abs(z / point.z() - 1) > 0.02f) continue;
-          Opinion& opinion = drawn(px, py);
+          Opinion& opinion = drawn(px - box.left, py - box.top);
           if (opinion.near_by.depth <= 0 || z < opinion.near_by.depth) opinion.near_by = {z, weight};
           if (z > opinion.far_off.depth) opinion.far_off = {z, weight};
         }
@@ -126,14 +142,16 @@ Ballot NearestMode(std::span<Ballot> ballots, const VoteOptions& options, const 
 
 Vote VoteForDepth(const Problem& problem, const DepthNormalMap& own, const VoteOptions& options) {
   const int width = own.depth.width(), height = own.depth.height();
+  const Box box = AroundActive(problem, width, height);
+  Vote vote{Image<float>(width, height), Image<float>(width, height)};
+  if (box.right <= box.left) return vote;
   std::vector<Image<Opinion>> surfaces(problem.sources.size());
   ParallelFor(0, int(surfaces.size()), [&](int s) {
-    surfaces[std::size_t(s)] = DrawSurface(problem, problem.sources[std::size_t(s)]);
+    surfaces[std::size_t(s)] = DrawSurface(problem, problem.sources[std::size_t(s)], box);
   });
-  Vote vote{Image<float>(width, height), Image<float>(width, height)};
-  ParallelFor(0, height, [&](int y) {
+  ParallelFor(box.top, box.bottom, [&](int y) {
     std::vector<Ballot> ballots;
-    for (int x = 0; x < width; ++x) {
+    for (int x = box.left; x < box.right; ++x) {
       if (!problem.Active(x, y)) continue;
       ballots.clear();
       const Eigen::Vector3f ray = problem.Ray(x, y);
@@ -141,7 +159,7 @@ Vote VoteForDepth(const Problem& problem, const DepthNormalMap& own, const VoteO
         ballots.push_back(
             {own.depth(x, y), Weight(*problem.reference, x, y) * -own.normal(x, y).dot(ray) / ray.norm()});
       for (const Image<Opinion>& surface : surfaces) {
-        const Opinion& opinion = surface(x, y);
+        const Opinion& opinion = surface(x - box.left, y - box.top);
         if (opinion.near_by.depth <= 0) continue;
         ballots.push_back(opinion.near_by);
         if (opinion.far_off.depth > opinion.near_by.depth * (1 + 3 * options.sigma))
