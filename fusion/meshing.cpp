@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -82,11 +83,11 @@ MeshSummary Plan(const std::vector<CloudPoint>& cloud, const MeshOptions& option
   return summary;
 }
 
-// The Poisson surface, honest about where there are no points.
+// The Poisson surface, honest about where there are no points. far: vertices inside of its membranes.
 TriangleMesh SurfaceOf(const std::vector<CloudPoint>& cloud, const fs::path& folder,
-                       const MeshOptions& options, MeshSummary& summary, Progress& progress) {
+                       const MeshOptions& options, std::vector<bool>& far, MeshSummary& summary,
+                       Progress& progress) {
   TriangleMesh mesh = PoissonSurface(cloud, summary.depth, options.colmap, folder, progress);
-  std::vector<bool> far;
   for (double distance : NearestDistances(Positions(cloud), mesh.vertices))
     far.push_back(distance > options.trim_cells * summary.cell);
   ClosingCounts counts;
@@ -99,10 +100,23 @@ TriangleMesh SurfaceOf(const std::vector<CloudPoint>& cloud, const fs::path& fol
   return mesh;
 }
 
+// Refined, if that was asked for and there is something to go by.
+TriangleMesh Refined(TriangleMesh mesh, const std::vector<bool>& far, const fs::path& dense,
+                     const RefineOptions& options, MeshSummary& summary, Progress& progress) {
+  if (!options.refine) return mesh;
+  const Workspace workspace = ReadWorkspace(dense);
+  if (!workspace.polarized) {
+    progress.Info("the pictures hold no polarization: the mesh is not refined");
+    return mesh;
+  }
+  summary.refined = true;
+  return RefineMesh(mesh, far, workspace, options, summary.refinement, progress);
+}
+
 }  // namespace
 
 OptionTable Table(MeshOptions& o) {
-  return {
+  OptionTable table = {
       {"mesh-depth", &o.depth,
        "Octree depth of the surface; each step doubles detail and time; 0: as fine as the cloud's points", "",
        0, 13},
@@ -116,31 +130,42 @@ OptionTable Table(MeshOptions& o) {
       {"faces", &o.faces, "Triangles of the mesh at most; 0: as many as it has", "", 0, 1e9},
       {"colmap", &o.colmap, "COLMAP's program, a name or a path"},
   };
+  const OptionTable refinement = Table(o.refinement);
+  table.insert(table.end(), refinement.begin(), refinement.end());
+  return table;
 }
 
 nlohmann::json ToJson(const MeshSummary& s) {
-  return {{"vertices", s.vertices},
-          {"faces", s.faces},
-          {"points", s.points},
-          {"depth", s.depth},
-          {"cell", s.cell},
-          {"watertight", s.closed},
-          {"gaps_closed", s.gaps_closed},
-          {"gaps_cut", s.gaps_cut},
-          {"pieces_dropped", s.pieces_dropped},
-          {"closed_area", s.closed_area}};
+  nlohmann::json json = {{"vertices", s.vertices},
+                         {"faces", s.faces},
+                         {"points", s.points},
+                         {"depth", s.depth},
+                         {"cell", s.cell},
+                         {"watertight", s.closed},
+                         {"gaps_closed", s.gaps_closed},
+                         {"gaps_cut", s.gaps_cut},
+                         {"pieces_dropped", s.pieces_dropped},
+                         {"closed_area", s.closed_area},
+                         {"refined", s.refined}};
+  if (s.refined)
+    json["refinement"] = {{"views_per_vertex", s.refinement.views_per_vertex},
+                          {"mean_move", s.refinement.mean_move},
+                          {"outline_vertices", s.refinement.outline_vertices}};
+  return json;
 }
 
 MeshSummary PlanMesh(const fs::path& cloud_ply, const MeshOptions& options) {
   return Plan(ConfidentPoints(cloud_ply, options.min_confidence), options);
 }
 
-MeshSummary MakeMesh(const fs::path& cloud_ply, const fs::path& mesh_ply, const fs::path& folder,
-                     const MeshOptions& options, Progress& progress) {
+MeshSummary MakeMesh(const fs::path& cloud_ply, const fs::path& dense, const fs::path& mesh_ply,
+                     const fs::path& folder, const MeshOptions& options, Progress& progress) {
   const std::vector<CloudPoint> cloud = ConfidentPoints(cloud_ply, options.min_confidence);
   MeshSummary summary = Plan(cloud, options);
-  TriangleMesh mesh = SurfaceOf(cloud, folder, options, summary, progress);
+  std::vector<bool> far;
+  TriangleMesh mesh = SurfaceOf(cloud, folder, options, far, summary, progress);
   progress.Check();
+  mesh = Refined(std::move(mesh), far, dense, options.refinement, summary, progress);
   if (options.faces > 0 && mesh.triangles.size() > std::size_t(options.faces))
     mesh = Simplify(mesh, options.faces);
   summary.vertices = mesh.vertices.size(), summary.faces = mesh.triangles.size();
