@@ -11,6 +11,7 @@
 #include "fusion/close_surface.h"
 #include "fusion/mesh_files.h"
 #include "fusion/poisson.h"
+#include "fusion/silhouettes.h"
 #include "fusion/simplify.h"
 #include "fusion/surface.h"
 
@@ -20,7 +21,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kFewestPoints = 100;
-constexpr int kNearPoints = 6;  // of the cloud, that give a vertex its colour
+constexpr double kMaskMargin = 2;  // px, as in stereo: masks are not that exact
+constexpr int kNearPoints = 6;     // of the cloud, that give a vertex its colour
 
 std::vector<CloudPoint> ConfidentPoints(const fs::path& cloud_ply, double min_confidence) {
   if (!fs::exists(cloud_ply))
@@ -83,13 +85,18 @@ MeshSummary Plan(const std::vector<CloudPoint>& cloud, const MeshOptions& option
   return summary;
 }
 
-// The Poisson surface, honest about where there are no points. far: vertices inside of its membranes.
-TriangleMesh SurfaceOf(const std::vector<CloudPoint>& cloud, const fs::path& folder,
-                       const MeshOptions& options, std::vector<bool>& far, MeshSummary& summary,
-                       Progress& progress) {
+// The Poisson surface, honest about where there are no points, and where the masks say that there is nothing.
+// far: vertices inside of its membranes.
+TriangleMesh SurfaceOf(const std::vector<CloudPoint>& cloud, const Workspace& workspace,
+                       const fs::path& folder, const MeshOptions& options, std::vector<bool>& far,
+                       MeshSummary& summary, Progress& progress) {
   TriangleMesh mesh = PoissonSurface(cloud, summary.depth, options.colmap, folder, progress);
   for (double distance : NearestDistances(Positions(cloud), mesh.vertices))
     far.push_back(distance > options.trim_cells * summary.cell);
+  if (options.refinement.masks) {
+    const std::vector<bool> outside = OutsideOfMasks(mesh.vertices, workspace, kMaskMargin, progress);
+    for (std::size_t i = 0; i < far.size(); ++i) far[i] = far[i] || outside[i];
+  }
   ClosingCounts counts;
   mesh = CloseSurface(mesh, far, {options.close, options.min_piece}, counts);
   if (mesh.triangles.empty())
@@ -101,10 +108,9 @@ TriangleMesh SurfaceOf(const std::vector<CloudPoint>& cloud, const fs::path& fol
 }
 
 // Refined, if that was asked for and there is something to go by.
-TriangleMesh Refined(TriangleMesh mesh, const std::vector<bool>& far, const fs::path& dense,
+TriangleMesh Refined(TriangleMesh mesh, const std::vector<bool>& far, const Workspace& workspace,
                      const RefineOptions& options, MeshSummary& summary, Progress& progress) {
   if (!options.refine) return mesh;
-  const Workspace workspace = ReadWorkspace(dense);
   if (!workspace.polarized) {
     progress.Info("the pictures hold no polarization: the mesh is not refined");
     return mesh;
@@ -162,10 +168,11 @@ MeshSummary MakeMesh(const fs::path& cloud_ply, const fs::path& dense, const fs:
                      const fs::path& folder, const MeshOptions& options, Progress& progress) {
   const std::vector<CloudPoint> cloud = ConfidentPoints(cloud_ply, options.min_confidence);
   MeshSummary summary = Plan(cloud, options);
+  const Workspace workspace = ReadWorkspace(dense);
   std::vector<bool> far;
-  TriangleMesh mesh = SurfaceOf(cloud, folder, options, far, summary, progress);
+  TriangleMesh mesh = SurfaceOf(cloud, workspace, folder, options, far, summary, progress);
   progress.Check();
-  mesh = Refined(std::move(mesh), far, dense, options.refinement, summary, progress);
+  mesh = Refined(std::move(mesh), far, workspace, options.refinement, summary, progress);
   if (options.faces > 0 && mesh.triangles.size() > std::size_t(options.faces))
     mesh = Simplify(mesh, options.faces);
   summary.vertices = mesh.vertices.size(), summary.faces = mesh.triangles.size();

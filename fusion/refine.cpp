@@ -65,7 +65,7 @@ OptionTable Table(RefineOptions& o) {
       {"refine-smoothness", &o.smoothness, "Weight of moving as the neighbours do; less: finer, noisier", "",
        0, 1e6},
       {"refine-outline", &o.outline, "Weight of the masks' outlines; 0: only the AoP counts", "", 0, 1e6},
-      {"masks", &o.masks, "Use the masks' outlines"},
+      {"masks", &o.masks, "Use the masks: outlines, and no surface outside of two of them"},
   };
 }
 

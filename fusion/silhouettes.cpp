@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/parallel.h"
+#include "stereo/polarpms/view.h"
 
 namespace polarscan {
 namespace {
@@ -72,6 +73,29 @@ double Median(std::vector<double> values) {
 }
 
 }  // namespace
+
+std::vector<bool> OutsideOfMasks(const std::vector<Eigen::Vector3d>& points, const Workspace& workspace,
+                                 double margin_px, Progress& progress) {
+  constexpr int kWitnesses = 2;
+  std::vector<int> witnesses(points.size(), 0);
+  for (int i = 0; i < int(workspace.views.size()); ++i) {
+    progress.Check();
+    const Image<std::uint8_t> mask = ReadViewMask(workspace, i);
+    if (mask.empty()) continue;
+    const Image<std::uint8_t> wide = Dilate(mask, margin_px);
+    const DenseView& view = workspace.views[std::size_t(i)];
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      const Eigen::Vector3d p = view.cam_from_world * points[k];
+      if (p.z() <= 0) continue;
+      const Eigen::Vector2d at = view.camera.Project(p);
+      const int x = int(std::floor(at.x())), y = int(std::floor(at.y()));
+      witnesses[k] += wide.Contains(x, y) && !wide(x, y);
+    }
+  }
+  std::vector<bool> outside;
+  for (int count : witnesses) outside.push_back(count >= kWitnesses);
+  return outside;
+}
 
 std::vector<OutlinePull> OutlinePulls(const TriangleMesh& mesh, const RayCaster& caster,
                                       const DenseView& view, const Image<std::uint8_t>& mask,

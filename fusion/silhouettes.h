@@ -11,6 +11,11 @@
 
 namespace polarscan {
 
+// Points that lie outside of the masks of at least two views, by more than `margin_px`. What a picture does
+// not show lies in no mask's outside.
+std::vector<bool> OutsideOfMasks(const std::vector<Eigen::Vector3d>& points, const Workspace& workspace,
+                                 double margin_px, Progress& progress);
+
 // How far the outline of a view's mask lies outside of the mesh's own outline, beside one vertex of that.
 struct OutlinePull {
   std::uint32_t vertex = 0;
