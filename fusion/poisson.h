@@ -11,7 +11,7 @@
 namespace polarscan {
 
 // The octree depth at which the surface's cells still hold two points each on average: finer cells would be
-// filled from their neighbours. The cube around the cloud has 2^depth cells along each side. 4 to 12.
+// filled from their neighbours. The cube around the cloud has 2^depth cells along each side. 5 to 12.
 int PoissonDepth(std::span<const CloudPoint> cloud);
 // Width of a cell at that depth, world units.
 double PoissonCell(std::span<const CloudPoint> cloud, int depth);

@@ -153,13 +153,13 @@ TEST(Silhouette, MasksThatAreAllTooWideHardlyInflateTheMesh) {
   EXPECT_LT(moves[moves.size() / 2], 0.006) << "of 0.03";
 }
 
-TEST(Silhouette, PointsBesideTheMasksAreOutsideAndThoseOnTheObjectAreNot) {
+TEST(Silhouette, PointsBesideTheMasksAreOutsideAndThoseThatNoPictureShowsAreNot) {
   TemporaryFolder folder;
   const Workspace workspace = PolarSphere(folder.path(), 0);
   Progress progress;
   const std::vector<bool> outside =
-      OutsideOfMasks({{0, 0, 0}, {0, 0, 0.99}, {1.2, 0, 0}, {0, 1.2, 0}}, workspace, 2, progress);
-  EXPECT_EQ(outside, (std::vector<bool>{false, false, true, true}));
+      OutsideOfMasks({{0, 0, 0}, {0, 0, 0.99}, {1.1, 0, 0}, {0, 0, -1.1}, {0, 9, 0}}, workspace, 2, progress);
+  EXPECT_EQ(outside, (std::vector<bool>{false, false, true, true, false}));
 }
 
 TEST(Refinement, RecoversADentedSphereFromItsPolarization) {
