@@ -78,6 +78,9 @@ SurfaceMesh DressMesh(const TriangleMesh& mesh, const std::vector<CloudPoint>& c
 }
 
 MeshSummary Plan(const std::vector<CloudPoint>& cloud, const MeshOptions& options) {
+  if (options.depth > 0 && options.depth < kCoarsestDepth)
+    throw Error("option out of range", fmt::format("--mesh-depth {}", options.depth),
+                fmt::format("It must be 0, or {} to 13", kCoarsestDepth));
   MeshSummary summary;
   summary.points = cloud.size();
   summary.depth = options.depth > 0 ? options.depth : PoissonDepth(cloud);
@@ -124,8 +127,9 @@ TriangleMesh Refined(TriangleMesh mesh, const std::vector<bool>& far, const Work
 OptionTable Table(MeshOptions& o) {
   OptionTable table = {
       {"mesh-depth", &o.depth,
-       "Octree depth of the surface; each step doubles detail and time; 0: as fine as the cloud's points", "",
-       0, 13},
+       "Octree depth of the surface; each step doubles detail and time; 0: as fine as the cloud's points; "
+       "else at least 5",
+       "", 0, 13},
       {"mesh-min-confidence", &o.min_confidence, "Points with less confidence make no surface", "", 0, 1},
       {"mesh-trim", &o.trim_cells,
        "Surface farther than this from all points is a gap: closed by a membrane, or cut", "cells", 0.1, 1e6},

@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kCube = 1.1;  // the reconstruction's cube, as a multiple of the cloud's longest side
-constexpr int kCoarsest = 5, kFinest = 12;  // at 4 COLMAP 3.8 makes dents
+constexpr int kFinest = 12;
 constexpr std::size_t kPointsPerCell = 2;
 
 Eigen::AlignedBox3f Box(std::span<const CloudPoint> cloud) {
@@ -55,10 +55,10 @@ double PoissonCell(std::span<const CloudPoint> cloud, int depth) {
 
 int PoissonDepth(std::span<const CloudPoint> cloud) {
   const Eigen::Vector3f corner = Box(cloud).min();
-  for (int depth = kFinest; depth > kCoarsest; --depth)
+  for (int depth = kFinest; depth > kCoarsestDepth; --depth)
     if (kPointsPerCell * OccupiedCells(cloud, corner, PoissonCell(cloud, depth)) <= cloud.size())
       return depth;
-  return kCoarsest;
+  return kCoarsestDepth;
 }
 
 TriangleMesh PoissonSurface(std::span<const CloudPoint> cloud, int depth, const std::string& program,

@@ -341,6 +341,10 @@ TEST(Meshing, WhatCannotBecomeAMeshIsSaidWithWhatToDo) {
   options.min_confidence = 0.9;
   EXPECT_NE(unsure.WhatMakeThrows(options).find("--mesh-min-confidence"), std::string::npos);
 
+  options = {};
+  options.depth = 3;
+  EXPECT_NE(MeshScan(SphereCloud(1000)).WhatMakeThrows(options).find("--mesh-depth 3"), std::string::npos);
+
   MeshScan gone(SphereCloud(1000));
   fs::remove(gone.Cloud());
   EXPECT_NE(gone.WhatMakeThrows().find("polarscan fuse"), std::string::npos);
