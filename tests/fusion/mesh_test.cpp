@@ -276,7 +276,7 @@ TEST(Meshing, ASphereCloudGivesAClosedMeshWithinATwentiethOfACell) {
   EXPECT_LT(FarthestFromSphere(mesh), summary.cell / 20);
   for (const CloudPoint& v : ReadSurfaceMesh(scan.Mesh()).vertices) {
     const Eigen::Vector3d n = v.position.cast<double>().normalized();
-    EXPECT_GT(v.normal.cast<double>().dot(n), std::cos(0.05));
+    EXPECT_GT(v.normal.cast<double>().dot(n), std::cos(summary.cell));
     EXPECT_NEAR(v.colour.r, SphereColour(n).r, 12);
     EXPECT_NEAR(v.confidence, 0.75, 1e-5);
   }
