@@ -53,6 +53,7 @@ void AddEvaluateCommand(CLI::App& app, Context& context);
 void AddExportCommand(CLI::App& app, Context& context);
 void AddFuseCommand(CLI::App& app, Context& context);
 void AddImportCommand(CLI::App& app, Context& context);
+void AddMeshCommand(CLI::App& app, Context& context);
 void AddReconstructCommand(CLI::App& app, Context& context);
 void AddReplayCommand(CLI::App& app, Context& context);
 void AddReportCommand(CLI::App& app, Context& context);

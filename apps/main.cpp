@@ -71,6 +71,7 @@ void AddCommands(CLI::App& app, Context& context) {
   AddSfmCommand(app, context);
   AddStereoCommand(app, context);
   AddFuseCommand(app, context);
+  AddMeshCommand(app, context);
   AddEvaluateCommand(app, context);
   AddReplayCommand(app, context);
   AddReportCommand(app, context);

@@ -15,6 +15,8 @@ struct Arguments {
   UndistortOptions dense;
   StereoOptions stereo;
   FusionOptions fusion;
+  bool make_mesh = true;
+  MeshOptions mesh;
 };
 
 // The whole pipeline, one line a stage.
@@ -27,9 +29,12 @@ void Reconstruct(const Arguments& a, Context& context) {
   RunDense(scan, a.dense);
   RunStereo(scan, a.stereo);
   RunFusion(scan, a.fusion);
+  if (a.make_mesh) RunMesh(scan, a.mesh);
   RunReport(scan);
   context.Finish(scan.state(),
-                 fmt::format("cloud:  {}\nreport: {}", scan.cloud().string(), scan.report().string()));
+                 fmt::format("cloud:  {}\n{}report: {}", scan.cloud().string(),
+                             a.make_mesh ? fmt::format("mesh:   {}\n", scan.mesh().string()) : "",
+                             scan.report().string()));
 }
 
 }  // namespace
@@ -37,7 +42,7 @@ void Reconstruct(const Arguments& a, Context& context) {
 void AddReconstructCommand(CLI::App& app, Context& context) {
   auto a = std::make_shared<Arguments>();
   CLI::App* command =
-      app.add_subcommand("reconstruct", "From pictures to a cloud and a report; again: goes on");
+      app.add_subcommand("reconstruct", "From pictures to a cloud, a mesh and a report; again: goes on");
   command->add_option("INPUT", a->input, "Folder of pictures (docs/input.md)")
       ->required()
       ->check(CLI::ExistingDirectory);
@@ -48,6 +53,10 @@ void AddReconstructCommand(CLI::App& app, Context& context) {
   AddOptions(*command, Table(a->dense), "Undistortion");
   AddOptions(*command, Table(a->stereo), "Stereo");
   AddOptions(*command, Table(a->fusion), "Fusion");
+  command->add_flag("--mesh,!--no-mesh", a->make_mesh, "Make a mesh of the cloud")
+      ->default_str("yes")
+      ->group("Mesh");
+  AddOptions(*command, Table(a->mesh), "Mesh");
   command->callback([a, command, &context] {
     a->stereo = StereoOptionsFrom(*command, a->stereo, context);
     Reconstruct(*a, context);

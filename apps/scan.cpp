@@ -74,7 +74,7 @@ nlohmann::json StageRecord(const nlohmann::json& state, const std::string& stage
 
 nlohmann::json AllWarnings(const nlohmann::json& state) {
   nlohmann::json all = nlohmann::json::array();
-  for (const char* stage : {"views", "sfm", "dense", "stereo", "fusion", "report"}) {
+  for (const char* stage : {"views", "sfm", "dense", "stereo", "fusion", "mesh", "report"}) {
     const nlohmann::json warnings = StageRecord(state, stage).value("warnings", nlohmann::json::array());
     all.insert(all.end(), warnings.begin(), warnings.end());
   }

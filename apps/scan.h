@@ -13,7 +13,7 @@ namespace polarscan {
 
 // One stage of a scan, as scan.json remembers it.
 struct Stage {
-  std::string name;                            // "views", "sfm", "dense", "stereo", "fusion", "report"
+  std::string name;                            // "views", "sfm", "dense", "stereo", "fusion", "mesh", "report"
   std::vector<std::filesystem::path> outputs;  // files and folders that it makes, relative to the scan folder
   nlohmann::json options = nlohmann::json::object();  // effective options: what it does depends on these
 };
@@ -40,6 +40,7 @@ class Scan {
   std::filesystem::path sfm() const { return folder_ / "sfm"; }
   std::filesystem::path dense() const { return folder_ / "dense"; }
   std::filesystem::path cloud() const { return folder_ / "cloud.ply"; }
+  std::filesystem::path mesh() const { return folder_ / "mesh.ply"; }
   std::filesystem::path report() const { return folder_ / "report.html"; }
   const std::filesystem::path& folder() const { return folder_; }
 

@@ -59,6 +59,16 @@ void RunFusion(Scan& scan, const FusionOptions& options) {
   });
 }
 
+void RunMesh(Scan& scan, const MeshOptions& options) {
+  MeshOptions effective = options;
+  scan.Run({"mesh", {"mesh.ply"}, ToJson(Table(effective))}, [&](Progress& progress) -> nlohmann::json {
+    const MeshSummary mesh =
+        MakeMesh(scan.cloud(), scan.dense(), scan.mesh(), scan.folder() / "mesh", options, progress);
+    scan.Note("mesh", "faces", mesh.faces);
+    return ToJson(mesh);
+  });
+}
+
 void RunReport(Scan& scan) {
   scan.Run({"report", {"report.html"}}, [&](Progress& progress) -> nlohmann::json {
     WriteReport(scan.folder(), scan.report(), progress);

@@ -5,6 +5,7 @@
 #include "apps/scan.h"
 #include "demosaic/method.h"
 #include "fusion/fuse.h"
+#include "fusion/meshing.h"
 #include "stereo/polarpms/stereo.h"
 #include "stereo/sfm/sfm.h"
 #include "stereo/sfm/undistort.h"
@@ -18,6 +19,7 @@ void RunSfm(Scan& scan, const std::optional<std::filesystem::path>& known_model,
 void RunDense(Scan& scan, const UndistortOptions& options);
 void RunStereo(Scan& scan, const StereoOptions& options);
 void RunFusion(Scan& scan, const FusionOptions& options);
+void RunMesh(Scan& scan, const MeshOptions& options);
 void RunReport(Scan& scan);
 
 // Stereo's options from the command line: those of the preset that was asked for, with what else was given on

@@ -4,10 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstring>
 
+#include "core/bytes.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/ply.h"
@@ -59,16 +58,8 @@ bool NormalizeNormals(TriangleMesh& mesh) {
   return true;
 }
 
-template <class T>
-void Append(std::string& bytes, T value) {
-  static_assert(std::endian::native == std::endian::little);
-  char raw[sizeof(T)];
-  std::memcpy(raw, &value, sizeof(T));
-  bytes.append(raw, sizeof(T));
-}
-
-void Append(std::string& bytes, const Eigen::Vector3d& v) {
-  for (int i = 0; i < 3; ++i) Append(bytes, float(v[i]));
+void AppendVector(std::string& bytes, const Eigen::Vector3d& v) {
+  for (int i = 0; i < 3; ++i) AppendBytes(bytes, float(v[i]));
 }
 
 double SegmentDistance(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
@@ -128,12 +119,12 @@ void WriteMesh(const std::filesystem::path& path, const TriangleMesh& mesh) {
       mesh.vertices.size(), mesh.triangles.size());
   bytes.reserve(bytes.size() + mesh.vertices.size() * 24 + mesh.triangles.size() * 13);
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-    Append(bytes, mesh.vertices[i]);
-    Append(bytes, mesh.normals.at(i));
+    AppendVector(bytes, mesh.vertices[i]);
+    AppendVector(bytes, mesh.normals.at(i));
   }
   for (const auto& t : mesh.triangles) {
-    Append(bytes, std::uint8_t(3));
-    for (std::uint32_t index : t) Append(bytes, index);
+    AppendBytes(bytes, std::uint8_t(3));
+    for (std::uint32_t index : t) AppendBytes(bytes, index);
   }
   WriteFileAtomically(path, bytes);
 }

@@ -3,9 +3,10 @@
 
 #include <fmt/format.h>
 
-#include <bit>
-#include <cstring>
+#include <algorithm>
+#include <array>
 
+#include "core/bytes.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/ply.h"
@@ -13,41 +14,70 @@
 namespace polarscan {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "WriteCloud copies little-endian numbers");
+constexpr const char* kFuseAgain = "Run polarscan fuse SCAN, which makes the cloud again";
 
-std::string Header(std::size_t count, const std::string& comment) {
-  return fmt::format(
-      "ply\nformat binary_little_endian 1.0\n{}element vertex {}\n"
-      "property float x\nproperty float y\nproperty float z\n"
-      "property float nx\nproperty float ny\nproperty float nz\n"
-      "property uchar red\nproperty uchar green\nproperty uchar blue\n"
-      "property float dop\nproperty float confidence\nproperty ushort views\nend_header\n",
-      comment.empty() ? "" : "comment " + comment + "\n", count);
+constexpr std::size_t kBytesPerPoint = 37;
+
+// One column, or `otherwise` in each row if it is missing.
+std::vector<double> Column(const PlyElement& vertex, const std::string& name, double otherwise) {
+  const auto found = vertex.columns.find(name);
+  return found == vertex.columns.end() ? std::vector<double>(vertex.count, otherwise) : found->second;
 }
 
-template <class T>
-void Append(std::string& bytes, const T& value) {
-  char raw[sizeof(T)];
-  std::memcpy(raw, &value, sizeof(T));
-  bytes.append(raw, sizeof(T));
-}
+std::uint8_t ToByte(double value) { return std::uint8_t(std::clamp(value, 0.0, 255.0)); }
 
 }  // namespace
 
+std::string PointProperties() {
+  return "property float x\nproperty float y\nproperty float z\n"
+         "property float nx\nproperty float ny\nproperty float nz\n"
+         "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+         "property float dop\nproperty float confidence\nproperty ushort views\n";
+}
+
+void AppendPoint(std::string& bytes, const CloudPoint& p) {
+  for (int k = 0; k < 3; ++k) AppendBytes(bytes, p.position[k]);
+  for (int k = 0; k < 3; ++k) AppendBytes(bytes, p.normal[k]);
+  for (std::uint8_t c : {p.colour.r, p.colour.g, p.colour.b}) AppendBytes(bytes, c);
+  AppendBytes(bytes, p.dop);
+  AppendBytes(bytes, p.confidence);
+  AppendBytes(bytes, p.views);
+}
+
 void WriteCloud(const std::filesystem::path& path, const std::vector<CloudPoint>& points,
                 const std::string& comment) {
-  constexpr std::size_t kBytesPerPoint = 37;
-  std::string bytes = Header(points.size(), comment);
+  std::string bytes =
+      fmt::format("ply\nformat binary_little_endian 1.0\n{}element vertex {}\n{}end_header\n",
+                  comment.empty() ? "" : "comment " + comment + "\n", points.size(), PointProperties());
   bytes.reserve(bytes.size() + kBytesPerPoint * points.size());
-  for (const CloudPoint& p : points) {
-    for (int k = 0; k < 3; ++k) Append(bytes, p.position[k]);
-    for (int k = 0; k < 3; ++k) Append(bytes, p.normal[k]);
-    for (std::uint8_t c : {p.colour.r, p.colour.g, p.colour.b}) Append(bytes, c);
-    Append(bytes, p.dop);
-    Append(bytes, p.confidence);
-    Append(bytes, p.views);
-  }
+  for (const CloudPoint& p : points) AppendPoint(bytes, p);
   WriteFileAtomically(path, bytes);
+}
+
+std::vector<CloudPoint> ReadCloud(const std::filesystem::path& path) {
+  const PlyFile ply = ReadPly(path);
+  const auto vertex = ply.find("vertex");
+  if (vertex == ply.end()) throw Error("the PLY file has no vertices", path.string(), kFuseAgain);
+  const PlyElement& element = vertex->second;
+  for (const char* name : {"x", "y", "z", "nx", "ny", "nz"})
+    if (!element.columns.contains(name))
+      throw Error(fmt::format("the cloud's points have no {}", name), path.string(), kFuseAgain);
+  std::array<std::vector<double>, 12> columns;
+  const char* const names[] = {"x",   "y",     "z",    "nx",  "ny",         "nz",
+                               "red", "green", "blue", "dop", "confidence", "views"};
+  for (std::size_t k = 0; k < 12; ++k) columns[k] = Column(element, names[k], k == 10 ? 1 : 0);
+  std::vector<CloudPoint> points;
+  points.reserve(element.count);
+  for (std::size_t i = 0; i < element.count; ++i) {
+    const auto at = [&](std::size_t k) { return columns[k][i]; };
+    const Eigen::Vector3d position(at(0), at(1), at(2)), normal(at(3), at(4), at(5));
+    if (!position.allFinite() || !normal.allFinite() || normal.norm() < 1e-6) continue;
+    points.push_back({position.cast<float>(), normal.normalized().cast<float>(),
+                      Rgb8{ToByte(at(6)), ToByte(at(7)), ToByte(at(8))}, float(at(9)), float(at(10)),
+                      std::uint16_t(std::clamp(at(11), 0.0, 65535.0))});
+  }
+  if (points.empty()) throw Error("the cloud has no points with a normal", path.string(), kFuseAgain);
+  return points;
 }
 
 CloudPositions ReadCloudPositions(const std::filesystem::path& path) {

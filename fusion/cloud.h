@@ -25,6 +25,15 @@ struct CloudPoint {
 void WriteCloud(const std::filesystem::path& path, const std::vector<CloudPoint>& points,
                 const std::string& comment = "");
 
+// What the cloud's points are in a PLY file: the lines of the header, and a point's bytes.
+std::string PointProperties();
+void AppendPoint(std::string& bytes, const CloudPoint& point);
+
+// A cloud back from its file, or another program's: x y z nx ny nz are needed (points that are not finite, or
+// without a normal, are left out); what else is missing is 0, its confidence 1. Throws Error on a damaged
+// file, and on one without normals or points.
+std::vector<CloudPoint> ReadCloud(const std::filesystem::path& path);
+
 // Finite positions of any PLY with x, y and z, and how many were left out for not being finite.
 struct CloudPositions {
   std::vector<Eigen::Vector3d> points;

@@ -24,18 +24,29 @@ using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<do
 
 }  // namespace
 
+std::vector<std::vector<NearPoint>> NearestPoints(const std::vector<Eigen::Vector3d>& points,
+                                                  const std::vector<Eigen::Vector3d>& queries, int count) {
+  std::vector<std::vector<NearPoint>> nearest(queries.size());
+  if (points.empty()) return nearest;
+  const PointSet set{points};
+  const Tree tree(3, set);
+  const auto most = std::size_t(count);
+  ParallelFor(0, int(queries.size()), [&](int i) {
+    std::vector<std::uint32_t> indices(most);  // nanoflann's type
+    std::vector<double> squared(most);
+    const auto found = tree.knnSearch(queries[std::size_t(i)].data(), most, indices.data(), squared.data());
+    for (std::size_t k = 0; k < found; ++k)
+      nearest[std::size_t(i)].push_back({indices[k], std::sqrt(squared[k])});
+  });
+  return nearest;
+}
+
 std::vector<double> NearestDistances(const std::vector<Eigen::Vector3d>& points,
                                      const std::vector<Eigen::Vector3d>& queries) {
   std::vector<double> distances(queries.size(), std::numeric_limits<double>::infinity());
-  if (points.empty()) return distances;
-  const PointSet set{points};
-  const Tree tree(3, set);
-  ParallelFor(0, int(queries.size()), [&](int i) {
-    std::uint32_t index = 0;  // nanoflann's type
-    double squared = 0;
-    tree.knnSearch(queries[std::size_t(i)].data(), 1, &index, &squared);
-    distances[std::size_t(i)] = std::sqrt(squared);
-  });
+  const auto nearest = NearestPoints(points, queries, 1);
+  for (std::size_t i = 0; i < queries.size(); ++i)
+    if (!nearest[i].empty()) distances[i] = nearest[i].front().distance;
   return distances;
 }
 

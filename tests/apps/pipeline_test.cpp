@@ -96,7 +96,8 @@ TEST_F(Pipeline, SaysWhatItDidInScanJson) {
   EXPECT_EQ(state["views"]["registered"], 8);
   EXPECT_EQ(state["views"]["polarized"], true);
   EXPECT_GT(state["cloud"]["points"], 300);
-  for (const char* stage : {"views", "sfm", "dense", "stereo", "fusion", "report"})
+  EXPECT_GT(state["mesh"]["faces"], 300);
+  for (const char* stage : {"views", "sfm", "dense", "stereo", "fusion", "mesh", "report"})
     EXPECT_EQ(state["stages"][stage]["state"], "done") << stage;
   EXPECT_EQ(state["options"]["stereo"]["photometric-iterations"], 1);
   EXPECT_TRUE(fs::exists(scan / "report.html"));
@@ -182,7 +183,7 @@ TEST_F(Pipeline, OneStageRunsAgainWithOtherOptionsAndTheNextOneFollowsIt) {
 }
 
 TEST_F(Pipeline, AStageOfAFolderThatIsNoScanIsRefused) {
-  for (const char* stage : {"sfm", "stereo", "fuse"}) {
+  for (const char* stage : {"sfm", "stereo", "fuse", "mesh"}) {
     const Outcome outcome = RunPolarscan({stage, Input().string()});
     EXPECT_EQ(outcome.exit_code, 1) << stage;
     EXPECT_NE(outcome.err.find("polarscan reconstruct"), std::string::npos) << outcome.err;

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "apps/stages.h"
+#include "fusion/mesh_files.h"
+
+namespace polarscan {
+namespace fs = std::filesystem;
+namespace {
+
+struct MeshArguments {
+  fs::path scan, output;
+  bool dry_run = false;
+  MeshOptions options;
+};
+
+void DryRun(const MeshArguments& arguments, Context& context) {
+  const MeshSummary plan = PlanMesh(arguments.scan / "cloud.ply", arguments.options);
+  context.Finish({{"points", plan.points}, {"depth", plan.depth}, {"cell", plan.cell}},
+                 fmt::format("would mesh {} points at octree depth {} (cells of {:.3g}) into {}", plan.points,
+                             plan.depth, plan.cell, (arguments.scan / "mesh.ply").string()));
+}
+
+void Run(const MeshArguments& arguments, Context& context) {
+  if (!arguments.output.empty()) CheckMeshFileName(arguments.output);
+  Scan scan = Scan::Open(arguments.scan, context.progress);
+  scan.ContinueAfter("fusion");
+  if (arguments.dry_run) return DryRun(arguments, context);
+  RunMesh(scan, arguments.options);
+  const fs::path file = arguments.output.empty() ? scan.mesh() : arguments.output;
+  if (!arguments.output.empty()) WriteMeshFile(file, ReadSurfaceMesh(scan.mesh()));
+  nlohmann::json result = scan.Counts("mesh");
+  result["mesh"] = file.string();
+  context.Finish(result, fmt::format("{} triangles, {}: {}", result.at("faces").get<std::size_t>(),
+                                     result.at("watertight").get<bool>() ? "watertight" : "with borders",
+                                     file.string()));
+}
+
+}  // namespace
+
+void AddMeshCommand(CLI::App& app, Context& context) {
+  auto arguments = std::make_shared<MeshArguments>();
+  CLI::App* command = app.add_subcommand("mesh", "A mesh of a scan's cloud: SCAN/mesh.ply");
+  command->add_option("SCAN", arguments->scan, "The scan's folder")
+      ->required()
+      ->check(CLI::ExistingDirectory);
+  command->add_option("-o,--output", arguments->output, "Also writes the mesh here: .ply, .obj or .glb")
+      ->type_name("FILE");
+  command->add_flag("--dry-run", arguments->dry_run, "Only says what it would do");
+  AddOptions(*command, Table(arguments->options));
+  command->callback([arguments, &context] { Run(*arguments, context); });
+}
+
+}  // namespace polarscan

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <filesystem>
+#include <vector>
+
+#include "fusion/cloud.h"
+#include "fusion/mesh_topology.h"
+
+namespace polarscan {
+
+// A mesh as the user gets it: vertices with all that the cloud's points have (confidence and views 0 where
+// nothing was seen), and triangles that are outward by the right-hand rule. World frame and units.
+struct SurfaceMesh {
+  std::vector<CloudPoint> vertices;
+  std::vector<Triangle> triangles;
+};
+
+// Writes the format that the file's name asks for; atomic:
+//   .ply  binary little-endian; the cloud's properties (fusion/cloud.h) and the faces
+//   .obj  text; colours behind the coordinates, 0 to 1, as MeshLab and Blender read them
+//   .glb  binary glTF 2.0: one mesh with normals and linear colours (COLOR_0); axes and units are the world's
+// Throws Error on any other name.
+void WriteMeshFile(const std::filesystem::path& path, const SurfaceMesh& mesh);
+
+// Throws Error if WriteMeshFile knows no format for the name: before the work, not after it.
+void CheckMeshFileName(const std::filesystem::path& path);
+
+// A PLY written by WriteMeshFile. Throws Error on a damaged file.
+SurfaceMesh ReadSurfaceMesh(const std::filesystem::path& path);
+
+}  // namespace polarscan

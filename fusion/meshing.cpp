@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion/meshing.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "fusion/close_surface.h"
+#include "fusion/mesh_files.h"
+#include "fusion/poisson.h"
+#include "fusion/silhouettes.h"
+#include "fusion/simplify.h"
+#include "fusion/surface.h"
+
+namespace polarscan {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kFewestPoints = 100;
+constexpr double kMaskMargin = 2;  // px, as in stereo: masks are not that exact
+constexpr int kNearPoints = 6;     // of the cloud, that give a vertex its colour
+
+std::vector<CloudPoint> ConfidentPoints(const fs::path& cloud_ply, double min_confidence) {
+  if (!fs::exists(cloud_ply))
+    throw Error("there is no cloud", cloud_ply.string(), "Run polarscan fuse first");
+  std::vector<CloudPoint> cloud = ReadCloud(cloud_ply);
+  const std::size_t all = cloud.size();
+  std::erase_if(cloud, [&](const CloudPoint& p) { return p.confidence < min_confidence; });
+  if (cloud.size() < kFewestPoints)
+    throw Error(fmt::format("{} of {} points are sure enough for a mesh, which needs {}", cloud.size(), all,
+                            kFewestPoints),
+                cloud_ply.string(),
+                "Lower --mesh-min-confidence, fuse with looser limits, or go on with --no-mesh");
+  return cloud;
+}
+
+std::vector<Eigen::Vector3d> Positions(const std::vector<CloudPoint>& cloud) {
+  std::vector<Eigen::Vector3d> positions;
+  for (const CloudPoint& p : cloud) positions.push_back(p.position.cast<double>());
+  return positions;
+}
+
+// The mean of the nearest points, weighted by 1 / (1 + (distance / cell)^2). Beyond `limit` only the colour.
+CloudPoint Dress(const std::vector<NearPoint>& nearest, const std::vector<CloudPoint>& cloud, double cell,
+                 double limit) {
+  double weights = 0, dop = 0, confidence = 0, views = 0;
+  Eigen::Vector3d colour = Eigen::Vector3d::Zero();
+  for (const NearPoint& near : nearest) {
+    const CloudPoint& p = cloud[near.index];
+    const double weight = 1 / (1 + near.distance * near.distance / (cell * cell));
+    weights += weight, dop += weight * p.dop, confidence += weight * p.confidence, views += weight * p.views;
+    colour += weight * Eigen::Vector3d(p.colour.r, p.colour.g, p.colour.b);
+  }
+  colour = colour / weights + Eigen::Vector3d::Constant(0.5);
+  CloudPoint dressed;
+  dressed.colour = {std::uint8_t(colour.x()), std::uint8_t(colour.y()), std::uint8_t(colour.z())};
+  if (nearest.front().distance > limit) return dressed;
+  dressed.dop = float(dop / weights), dressed.confidence = float(confidence / weights);
+  dressed.views = std::uint16_t(views / weights + 0.5);
+  return dressed;
+}
+
+SurfaceMesh DressMesh(const TriangleMesh& mesh, const std::vector<CloudPoint>& cloud, double cell,
+                      double limit) {
+  const auto nearest = NearestPoints(Positions(cloud), mesh.vertices, kNearPoints);
+  SurfaceMesh dressed{std::vector<CloudPoint>(mesh.vertices.size()), mesh.triangles};
+  ParallelFor(0, int(mesh.vertices.size()), [&](int i) {
+    const auto v = std::size_t(i);
+    dressed.vertices[v] = Dress(nearest[v], cloud, cell, limit);
+    dressed.vertices[v].position = mesh.vertices[v].cast<float>();
+    dressed.vertices[v].normal = mesh.normals[v].cast<float>();
+  });
+  return dressed;
+}
+
+MeshSummary Plan(const std::vector<CloudPoint>& cloud, const MeshOptions& options) {
+  if (options.depth > 0 && options.depth < kCoarsestDepth)
+    throw Error("option out of range", fmt::format("--mesh-depth {}", options.depth),
+                fmt::format("It must be 0, or {} to 13", kCoarsestDepth));
+  MeshSummary summary;
+  summary.points = cloud.size();
+  summary.depth = options.depth > 0 ? options.depth : PoissonDepth(cloud);
+  summary.cell = PoissonCell(cloud, summary.depth);
+  return summary;
+}
+
+// The Poisson surface, honest about where there are no points, and where the masks say that there is nothing.
+// far: vertices inside of its membranes.
+TriangleMesh SurfaceOf(const std::vector<CloudPoint>& cloud, const Workspace& workspace,
+                       const fs::path& folder, const MeshOptions& options, std::vector<bool>& far,
+                       MeshSummary& summary, Progress& progress) {
+  TriangleMesh mesh = PoissonSurface(cloud, summary.depth, options.colmap, folder, progress);
+  for (double distance : NearestDistances(Positions(cloud), mesh.vertices))
+    far.push_back(distance > options.trim_cells * summary.cell);
+  if (options.refinement.masks) {
+    const std::vector<bool> outside = OutsideOfMasks(mesh.vertices, workspace, kMaskMargin, progress);
+    for (std::size_t i = 0; i < far.size(); ++i) far[i] = far[i] || outside[i];
+  }
+  ClosingCounts counts;
+  mesh = CloseSurface(mesh, far, {options.close, options.min_piece}, counts);
+  if (mesh.triangles.empty())
+    throw Error("no surface is left after trimming", folder.string(),
+                "Raise --mesh-trim, or lower --mesh-min-piece");
+  summary.gaps_closed = counts.closed, summary.gaps_cut = counts.cut;
+  summary.pieces_dropped = counts.pieces, summary.closed_area = counts.closed_area;
+  return mesh;
+}
+
+// Refined, if that was asked for and there is something to go by.
+TriangleMesh Refined(TriangleMesh mesh, const std::vector<bool>& far, const Workspace& workspace,
+                     const RefineOptions& options, MeshSummary& summary, Progress& progress) {
+  if (!options.refine) return mesh;
+  if (!workspace.polarized) {
+    progress.Info("the pictures hold no polarization: the mesh is not refined");
+    return mesh;
+  }
+  summary.refined = true;
+  return RefineMesh(mesh, far, workspace, options, summary.refinement, progress);
+}
+
+}  // namespace
+
+OptionTable Table(MeshOptions& o) {
+  OptionTable table = {
+      {"mesh-depth", &o.depth,
+       "Octree depth of the surface; each step doubles detail and time; 0: as fine as the cloud's points; "
+       "else at least 5",
+       "", 0, 13},
+      {"mesh-min-confidence", &o.min_confidence, "Points with less confidence make no surface", "", 0, 1},
+      {"mesh-trim", &o.trim_cells,
+       "Surface farther than this from all points is a gap: closed by a membrane, or cut", "cells", 0.1, 1e6},
+      {"mesh-close", &o.close,
+       "Largest gap that is closed, as a share of the surface; 0: none is; 1000: the mesh is watertight", "",
+       0, 1e9},
+      {"mesh-min-piece", &o.min_piece, "Smallest piece that is kept, as a share of the largest", "", 0, 1},
+      {"faces", &o.faces, "Triangles of the mesh at most; 0: as many as it has", "", 0, 1e9},
+      {"colmap", &o.colmap, "COLMAP's program, a name or a path"},
+  };
+  const OptionTable refinement = Table(o.refinement);
+  table.insert(table.end(), refinement.begin(), refinement.end());
+  return table;
+}
+
+nlohmann::json ToJson(const MeshSummary& s) {
+  nlohmann::json json = {{"vertices", s.vertices},
+                         {"faces", s.faces},
+                         {"points", s.points},
+                         {"depth", s.depth},
+                         {"cell", s.cell},
+                         {"watertight", s.closed},
+                         {"gaps_closed", s.gaps_closed},
+                         {"gaps_cut", s.gaps_cut},
+                         {"pieces_dropped", s.pieces_dropped},
+                         {"closed_area", s.closed_area},
+                         {"refined", s.refined}};
+  if (s.refined)
+    json["refinement"] = {{"views_per_vertex", s.refinement.views_per_vertex},
+                          {"mean_move", s.refinement.mean_move},
+                          {"outline_vertices", s.refinement.outline_vertices}};
+  return json;
+}
+
+MeshSummary PlanMesh(const fs::path& cloud_ply, const MeshOptions& options) {
+  return Plan(ConfidentPoints(cloud_ply, options.min_confidence), options);
+}
+
+MeshSummary MakeMesh(const fs::path& cloud_ply, const fs::path& dense, const fs::path& mesh_ply,
+                     const fs::path& folder, const MeshOptions& options, Progress& progress) {
+  const std::vector<CloudPoint> cloud = ConfidentPoints(cloud_ply, options.min_confidence);
+  MeshSummary summary = Plan(cloud, options);
+  const Workspace workspace = ReadWorkspace(dense);
+  std::vector<bool> far;
+  TriangleMesh mesh = SurfaceOf(cloud, workspace, folder, options, far, summary, progress);
+  progress.Check();
+  mesh = Refined(std::move(mesh), far, workspace, options.refinement, summary, progress);
+  if (options.faces > 0 && mesh.triangles.size() > std::size_t(options.faces))
+    mesh = Simplify(mesh, options.faces);
+  summary.vertices = mesh.vertices.size(), summary.faces = mesh.triangles.size();
+  summary.closed = BorderLoops(mesh.triangles).empty();
+  WriteMeshFile(mesh_ply, DressMesh(mesh, cloud, summary.cell, options.trim_cells * summary.cell));
+  return summary;
+}
+
+}  // namespace polarscan

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion/poisson.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/files.h"
+#include "stereo/sfm/colmap.h"
+
+namespace polarscan {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kCube = 1.1;  // the reconstruction's cube, as a multiple of the cloud's longest side
+constexpr int kFinest = 12;
+constexpr std::size_t kPointsPerCell = 2;
+
+Eigen::AlignedBox3f Box(std::span<const CloudPoint> cloud) {
+  Eigen::AlignedBox3f box;
+  for (const CloudPoint& p : cloud) box.extend(p.position);
+  return box;
+}
+
+// How many cells of this width hold a point.
+std::size_t OccupiedCells(std::span<const CloudPoint> cloud, const Eigen::Vector3f& corner, double cell) {
+  std::vector<std::uint64_t> cells;
+  cells.reserve(cloud.size());
+  for (const CloudPoint& p : cloud) {
+    const Eigen::Vector3d at = (p.position - corner).cast<double>() / cell;
+    cells.push_back(std::uint64_t(at.x()) << 42 | std::uint64_t(at.y()) << 21 | std::uint64_t(at.z()));
+  }
+  std::sort(cells.begin(), cells.end());
+  return std::size_t(std::unique(cells.begin(), cells.end()) - cells.begin());
+}
+
+// Files that are not the user's: gone with the object.
+struct Scratch {
+  fs::path path;
+  ~Scratch() {
+    std::error_code ignored;
+    fs::remove(path, ignored);
+  }
+};
+
+}  // namespace
+
+double PoissonCell(std::span<const CloudPoint> cloud, int depth) {
+  return kCube * double(Box(cloud).sizes().maxCoeff()) / std::pow(2.0, depth);
+}
+
+int PoissonDepth(std::span<const CloudPoint> cloud) {
+  const Eigen::Vector3f corner = Box(cloud).min();
+  for (int depth = kFinest; depth > kCoarsestDepth; --depth)
+    if (kPointsPerCell * OccupiedCells(cloud, corner, PoissonCell(cloud, depth)) <= cloud.size())
+      return depth;
+  return kCoarsestDepth;
+}
+
+TriangleMesh PoissonSurface(std::span<const CloudPoint> cloud, int depth, const std::string& program,
+                            const fs::path& folder, Progress& progress) {
+  CreateFolder(folder);
+  const fs::path log = folder / "colmap.log";
+  const Scratch points{folder / "points.ply"}, surface{folder / "poisson.ply"};
+  WriteCloud(points.path, {cloud.begin(), cloud.end()});
+  fs::remove(surface.path);
+  Colmap colmap(program, log, progress);
+  colmap.Run("poisson_mesher",
+             {{{"input_path"}, points.path.string(), true},
+              {{"output_path"}, surface.path.string(), true},
+              {{"PoissonMeshing.depth"}, std::to_string(depth), true},
+              {{"PoissonMeshing.trim"}, "0", true},
+              {{"PoissonMeshing.color"}, "0"},
+              {{"PoissonMeshing.num_threads"}, "1", true}},
+             "surface from the cloud", 0, "");
+  if (!fs::exists(surface.path))
+    throw Error(fmt::format("COLMAP made no surface of {} points ({})", cloud.size(),
+                            colmap.Complaint().empty() ? "no complaint" : colmap.Complaint()),
+                log.string(),
+                "Look into that log; a smaller --mesh-depth needs less memory; reconstruct --no-mesh goes on "
+                "without a mesh");
+  return ReadMesh(surface.path);
+}
+
+}  // namespace polarscan

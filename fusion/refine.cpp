@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion/refine.h"
+
+#include <Eigen/Dense>
+#include <cmath>
+
+#include "core/parallel.h"
+#include "fusion/mesh_views.h"
+#include "fusion/normal_fit.h"
+#include "stereo/rounds/aop_table.h"
+
+namespace polarscan {
+namespace {
+
+constexpr double kReach = 6;                // px: an outline farther from the mesh's is another's
+constexpr double kFarAnchor = 0.05;         // of the anchor, where no points bear the surface out
+constexpr float kSoftness = 0.15f * 0.15f;  // squared sine of the angle off a sample at which it counts half
+
+// The constraints of all views, read one after the other.
+VertexConstraints AllConstraints(const TriangleMesh& mesh, const Workspace& workspace, Progress& progress) {
+  const auto visible = VisibleVertices(mesh, workspace, progress);
+  VertexConstraints constraints(mesh.vertices.size());
+  for (int view = 0; view < int(workspace.views.size()); ++view) {
+    progress.Check();
+    AddAopConstraints(mesh, LoadStereoView(workspace, view, 1, {}), visible[std::size_t(view)], constraints);
+  }
+  return constraints;
+}
+
+// What the constraints ask of a normal near `normal`, as a quadratic form. The robust sum may be indefinite
+// where samples contradict each other: its negative part is left out.
+Eigen::Matrix3d QuadraticForm(const std::vector<AopConstraint>& constraints, const Eigen::Vector3d& normal) {
+  AopTable table;
+  for (const AopConstraint& constraint : constraints) table.Add(constraint);
+  table.Pad();
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> solver;
+  solver.computeDirect(AopSystemSimd(table, normal.cast<float>(), kSoftness));
+  const Eigen::Matrix3f& axes = solver.eigenvectors();
+  return (axes * solver.eigenvalues().cwiseMax(0).asDiagonal() * axes.transpose()).cast<double>();
+}
+
+// The anchor pulls back to where the vertex was, the outline to the mask's edge: together one pull.
+Pull Together(double anchor, double moved, const Pull& outline, double outline_weight) {
+  const double weight = outline_weight * outline.weight;
+  return {(weight * outline.move - anchor * moved) / (anchor + weight), anchor + weight};
+}
+
+void Count(const VertexConstraints& constraints, const std::vector<Pull>& outlines,
+           const Eigen::VectorXd& moved, RefineCounts& counts) {
+  const auto n = double(constraints.size());
+  counts = {0, moved.cwiseAbs().mean(), 0};
+  for (const auto& of_vertex : constraints) counts.views_per_vertex += double(of_vertex.size()) / n;
+  for (const Pull& pull : outlines) counts.outline_vertices += (pull.weight > 0) / n;
+}
+
+}  // namespace
+
+OptionTable Table(RefineOptions& o) {
+  return {
+      {"refine", &o.refine,
+       "Move the vertices until normals fit the AoP of all views and outlines the masks"},
+      {"refine-rounds", &o.rounds, "Times that all vertices move", "", 1, 100},
+      {"refine-anchor", &o.anchor,
+       "Weight of where the vertices were; less: the mesh follows AoP and outlines farther", "", 1e-6, 1e6},
+      {"refine-smoothness", &o.smoothness, "Weight of moving as the neighbours do; less: finer, noisier", "",
+       0, 1e6},
+      {"refine-outline", &o.outline, "Weight of the masks' outlines; 0: only the AoP counts", "", 0, 1e6},
+      {"masks", &o.masks, "Use the masks: outlines, and no surface outside of two of them"},
+  };
+}
+
+TriangleMesh RefineMesh(const TriangleMesh& input, const std::vector<bool>& far, const Workspace& workspace,
+                        const RefineOptions& options, RefineCounts& counts, Progress& progress) {
+  TriangleMesh mesh = input;
+  const std::size_t count = mesh.vertices.size();
+  progress.Begin("refinement", std::size_t(options.rounds) + 1, "round");
+  const VertexConstraints constraints = AllConstraints(mesh, workspace, progress);
+  Silhouettes silhouettes(workspace, kReach);
+  NormalFit fit{std::vector<Eigen::Matrix3d>(count), std::vector<Pull>(count), options.smoothness};
+  Eigen::VectorXd moved = Eigen::VectorXd::Zero(Eigen::Index(count));
+  std::vector<Pull> outlines(count);
+  for (int round = 0; round < options.rounds; ++round) {
+    progress.Advance();
+    if (options.masks && options.outline > 0) outlines = silhouettes.Pulls(mesh, progress);
+    ParallelFor(0, int(count), [&](int i) {
+      const auto v = std::size_t(i);
+      fit.normal[v] = QuadraticForm(constraints[v], mesh.normals[v]);
+      fit.pulls[v] =
+          Together(options.anchor * (far[v] ? kFarAnchor : 1), moved[i], outlines[v], options.outline);
+    });
+    progress.Check();
+    const Eigen::VectorXd moves = FitMoves(mesh, fit);
+    for (std::size_t v = 0; v < count; ++v) mesh.vertices[v] += moves[Eigen::Index(v)] * mesh.normals[v];
+    moved += moves;
+    ComputeVertexNormals(mesh);
+  }
+  progress.Advance();
+  Count(constraints, outlines, moved, counts);
+  return mesh;
+}
+
+}  // namespace polarscan

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// `polarscan mesh` from outside, on a scan made from closed forms.
+#include <gtest/gtest.h>
+
+#include "core/files.h"
+#include "program.h"
+#include "toy_scan.h"
+
+namespace polarscan::test {
+namespace fs = std::filesystem;
+namespace {
+
+using nlohmann::json;
+
+class MeshCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!HasProgram("colmap")) GTEST_SKIP() << "no colmap";
+    WriteToyScan(Scan(), 8);
+  }
+  fs::path Scan() const { return folder_ / "scan"; }
+  Outcome Run(std::vector<std::string> more = {}) const {
+    more.insert(more.begin(), {"mesh", Scan().string()});
+    return RunPolarscan(more);
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(MeshCommand, MakesAMeshAndSaysSoInScanJson) {
+  const Outcome outcome = Run({"--json"});
+  ASSERT_EQ(outcome.exit_code, kDone) << outcome.err;
+  const json result = json::parse(outcome.out), state = ReadJson(Scan() / "scan.json");
+  EXPECT_GT(result["faces"], 1000);
+  EXPECT_TRUE(result["refined"]);
+  EXPECT_EQ(result["mesh"], (Scan() / "mesh.ply").string());
+  EXPECT_EQ(state["mesh"]["faces"], result["faces"]);
+  EXPECT_EQ(state["stages"]["mesh"]["state"], "done");
+  EXPECT_EQ(state["options"]["mesh"]["refine-rounds"], 4);
+  EXPECT_TRUE(fs::exists(Scan() / "mesh.ply"));
+}
+
+TEST_F(MeshCommand, AgainDoesNothingAndAnOutputNameWritesThatFormat) {
+  ASSERT_EQ(Run({"--no-refine"}).exit_code, kDone);
+  const auto time = fs::last_write_time(Scan() / "mesh.ply");
+  const fs::path glb = folder_ / "m.glb";
+  const Outcome outcome = Run({"--no-refine", "-o", glb.string()});
+  ASSERT_EQ(outcome.exit_code, kDone) << outcome.err;
+  EXPECT_NE(outcome.err.find("done before"), std::string::npos) << outcome.err;
+  EXPECT_EQ(fs::last_write_time(Scan() / "mesh.ply"), time);
+  EXPECT_EQ(ReadFile(glb).substr(0, 4), "glTF");
+}
+
+TEST_F(MeshCommand, ADryRunWritesNothing) {
+  const auto before = Contents(Scan());
+  const Outcome outcome = Run({"--dry-run"});
+  EXPECT_EQ(outcome.exit_code, kDone);
+  EXPECT_NE(outcome.err.find("octree depth"), std::string::npos) << outcome.err;
+  EXPECT_TRUE(Contents(Scan()) == before);
+}
+
+TEST_F(MeshCommand, AWrongEndingIsRefusedBeforeAnyWork) {
+  const Outcome outcome = Run({"-o", (folder_ / "m.stl").string()});
+  EXPECT_EQ(outcome.exit_code, kFailed);
+  EXPECT_NE(outcome.err.find(".ply, .obj or .glb"), std::string::npos) << outcome.err;
+  EXPECT_FALSE(fs::exists(Scan() / "mesh.ply"));
+}
+
+TEST_F(MeshCommand, WithoutColmapItSaysHowToInstallIt) {
+  const Outcome outcome = Run({"--colmap", "no-such-colmap"});
+  EXPECT_EQ(outcome.exit_code, kFailed);
+  EXPECT_NE(outcome.err.find("apt install colmap"), std::string::npos) << outcome.err;
+}
+
+// trimesh is an independent reader of all three formats.
+TEST_F(MeshCommand, TrimeshReadsTheThreeFormatsAlike) {
+  const Outcome has = Process({"python3", "-c", "import trimesh"}).Wait();
+  if (has.exit_code != 0) GTEST_SKIP() << "no Python with trimesh";
+  std::vector<std::string> read;
+  for (const char* name : {"m.ply", "m.obj", "m.glb"}) {
+    const fs::path file = folder_ / name;
+    ASSERT_EQ(Run({"--no-refine", "-o", file.string()}).exit_code, kDone);
+    read.push_back(Process({"python3", "-c",
+                            "import sys, trimesh\n"
+                            "m = trimesh.load(sys.argv[1], force='mesh', process=False)\n"
+                            "print(len(m.vertices), len(m.faces), m.bounds.round(4).tolist(), "
+                            "round(float(m.area), 3))",
+                            file.string()})
+                       .Wait()
+                       .out);
+  }
+  EXPECT_GT(read[0].size(), 20u);
+  EXPECT_EQ(read[0], read[1]);
+  EXPECT_EQ(read[0], read[2]);
+}
+
+}  // namespace
+}  // namespace polarscan::test

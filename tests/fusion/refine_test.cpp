@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion/refine.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+
+#include "core/random.h"
+#include "fusion/normal_fit.h"
+#include "fusion/silhouettes.h"
+#include "tests/fusion/icosphere.h"
+#include "tests/fusion/sphere_scene.h"
+
+namespace polarscan {
+namespace {
+
+constexpr int kWidth = 320, kHeight = 240;  // a pixel is 0.01 wide on the unit sphere
+
+// Cameras around the unit sphere. Pictures of light that the sphere reflects diffusely: AoP = azimuth of the
+// normal, DoP rises with its tilt; noise as given. Masks are those of a sphere of radius `mask_radius`.
+Workspace PolarSphere(const std::filesystem::path& folder, double noise, double mask_radius = 1) {
+  Workspace workspace = SphereWorkspace(folder, 18);
+  for (DenseView& view : workspace.views) view.camera = view.camera.Resized(kWidth, kHeight);
+  WriteWorkspace(workspace);
+  for (int i = 0; i < int(workspace.views.size()); ++i) {
+    const DenseView& view = workspace.views[std::size_t(i)];
+    const Eigen::Vector3d t = view.cam_from_world.translation;  // the sphere's centre
+    StokesImage stokes{
+        {kWidth, kHeight, 0.5f}, {kWidth, kHeight}, {kWidth, kHeight}, {kWidth, kHeight, 0.001f}};
+    Image<std::uint8_t> mask(kWidth, kHeight);
+    Random random(11, std::uint64_t(i));
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x) {
+        const Eigen::Vector3d ray = view.camera.Ray(x + 0.5, y + 0.5);
+        const double a = ray.squaredNorm(), b = ray.dot(t);
+        const double off = t.squaredNorm() - b * b / a;  // squared distance of the centre from the ray
+        mask(x, y) = off < mask_radius * mask_radius ? 255 : 0;
+        if (off >= 1) continue;
+        const Eigen::Vector3d n = (b - std::sqrt(b * b - a * (t.squaredNorm() - 1))) / a * ray - t;
+        const double azimuth = std::atan2(-(n.y() - n.z() * ray.y()), n.x() - n.z() * ray.x());
+        const double polarized = 0.5 * 0.3 * (1 - std::pow(n.dot(ray.normalized()), 2));
+        stokes.s1(x, y) = float(polarized * std::cos(2 * azimuth) + noise * random.Normal());
+        stokes.s2(x, y) = float(polarized * std::sin(2 * azimuth) + noise * random.Normal());
+      }
+    WriteStokes(workspace.StokesPath(i), stokes);
+    WritePng(workspace.MaskPath(i), mask);
+  }
+  return workspace;
+}
+
+// The sphere with dents and bumps of this height, some 0.3 long.
+TriangleMesh DentedSphere(double height) {
+  TriangleMesh mesh = Icosphere(5);
+  for (Eigen::Vector3d& v : mesh.vertices)
+    v *= 1 + height * std::sin(20 * v.x()) * std::sin(19 * v.y() + 1) * std::sin(21 * v.z() + 2);
+  ComputeVertexNormals(mesh);
+  return mesh;
+}
+
+struct Errors {
+  double distance = 0, normal_deg = 0;  // means over the part that the cameras see from the side
+};
+
+Errors Compare(const TriangleMesh& mesh) {
+  Errors errors;
+  double count = 0;
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    if (std::abs(mesh.vertices[i].y()) > 0.6) continue;
+    errors.distance += std::abs(mesh.vertices[i].norm() - 1);
+    errors.normal_deg += AngleDegrees(mesh.normals[i], mesh.vertices[i]);
+    ++count;
+  }
+  return {errors.distance / count, errors.normal_deg / count};
+}
+
+TriangleMesh Refine(const TriangleMesh& mesh, const Workspace& workspace, const RefineOptions& options = {}) {
+  Progress progress;
+  RefineCounts counts;
+  return RefineMesh(mesh, std::vector<bool>(mesh.vertices.size(), false), workspace, options, counts,
+                    progress);
+}
+
+// A square grid in the plane z = 0, facing +z, 21 x 21 vertices 0.1 apart.
+TriangleMesh Grid() {
+  constexpr std::uint32_t kSide = 21;
+  TriangleMesh mesh;
+  for (std::uint32_t y = 0; y < kSide; ++y)
+    for (std::uint32_t x = 0; x < kSide; ++x) {
+      mesh.vertices.emplace_back(0.1 * x - 1, 0.1 * y - 1, 0);
+      const std::uint32_t a = y * kSide + x;
+      if (x + 1 == kSide || y + 1 == kSide) continue;
+      mesh.triangles.push_back({a, a + 1, a + kSide});
+      mesh.triangles.push_back({a + 1, a + kSide + 1, a + kSide});
+    }
+  ComputeVertexNormals(mesh);
+  return mesh;
+}
+
+TEST(NormalFitting, AFlatPatchTakesTheSlopeThatItsNormalsAskFor) {
+  const TriangleMesh grid = Grid();
+  const Eigen::Vector3d asked = Eigen::Vector3d(-0.02, 0.03, 1).normalized();
+  const Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity() - asked * asked.transpose();
+  NormalFit fit{std::vector<Eigen::Matrix3d>(grid.vertices.size(), matrix),
+                std::vector<Pull>(grid.vertices.size(), {0, 1e-9}), 0};
+  const Eigen::VectorXd moves = FitMoves(grid, fit);
+  for (std::size_t i = 0; i < grid.vertices.size(); ++i) {
+    const Eigen::Vector3d& v = grid.vertices[i];
+    EXPECT_NEAR(moves[Eigen::Index(i)], 0.02 * v.x() - 0.03 * v.y(), 1e-4);
+  }
+}
+
+TEST(NormalFitting, WithoutAnyNormalsEveryVertexGoesToItsPull) {
+  const TriangleMesh grid = Grid();
+  NormalFit fit{std::vector<Eigen::Matrix3d>(grid.vertices.size(), Eigen::Matrix3d::Zero()), {}, 0};
+  for (const Eigen::Vector3d& v : grid.vertices) fit.pulls.push_back({0.05 * std::sin(9 * v.x()), 1});
+  const Eigen::VectorXd moves = FitMoves(grid, fit);
+  for (std::size_t i = 0; i < fit.pulls.size(); ++i)
+    EXPECT_NEAR(moves[Eigen::Index(i)], fit.pulls[i].move, 1e-12);
+}
+
+// The mask's radius as the camera sees it: sphere of radius r at distance D has the outline f r / sqrt(D^2 -
+// r^2).
+TEST(Silhouette, AWiderMaskPullsByTheDifferenceOfTheTwoOutlines) {
+  TemporaryFolder folder;
+  const Workspace workspace = PolarSphere(folder.path(), 0, 1.03);
+  const TriangleMesh sphere = Icosphere(6);
+  const RayCaster caster({sphere});
+  for (const std::size_t i : {0, 5}) {
+    const DenseView& view = workspace.views[i];
+    const double square = view.cam_from_world.translation.squaredNorm();
+    const double expected = (view.camera.fx + view.camera.fy) / 2 *
+                            (1.03 / std::sqrt(square - 1.03 * 1.03) - 1 / std::sqrt(square - 1));
+    const auto pulls = OutlinePulls(sphere, caster, view, ReadViewMask(workspace, int(i)), 6);
+    ASSERT_GT(pulls.size(), 100u);
+    double mean = 0;
+    for (const OutlinePull& pull : pulls) mean += pull.distance_px / double(pulls.size());
+    EXPECT_GT(expected, 2);
+    EXPECT_NEAR(mean, expected, 0.15);
+  }
+}
+
+TEST(Silhouette, MasksThatAreAllTooWideHardlyInflateTheMesh) {
+  TemporaryFolder folder;
+  const Workspace workspace = PolarSphere(folder.path(), 0, 1.03);
+  const TriangleMesh sphere = Icosphere(5);
+  Progress progress;
+  std::vector<double> moves;
+  for (const Pull& pull : Silhouettes(workspace, 6).Pulls(sphere, progress))
+    if (pull.weight > 0) moves.push_back(pull.move);
+  ASSERT_GT(moves.size(), 500u);
+  std::nth_element(moves.begin(), moves.begin() + std::ptrdiff_t(moves.size() / 2), moves.end());
+  EXPECT_LT(moves[moves.size() / 2], 0.006) << "of 0.03";
+}
+
+TEST(Silhouette, PointsBesideTheMasksAreOutsideAndThoseThatNoPictureShowsAreNot) {
+  TemporaryFolder folder;
+  const Workspace workspace = PolarSphere(folder.path(), 0);
+  Progress progress;
+  const std::vector<bool> outside =
+      OutsideOfMasks({{0, 0, 0}, {0, 0, 0.99}, {1.1, 0, 0}, {0, 0, -1.1}, {0, 9, 0}}, workspace, 2, progress);
+  EXPECT_EQ(outside, (std::vector<bool>{false, false, true, true, false}));
+}
+
+TEST(Refinement, RecoversADentedSphereFromItsPolarization) {
+  TemporaryFolder folder;
+  const Workspace workspace = PolarSphere(folder.path(), 0.005);
+  const TriangleMesh dented = DentedSphere(0.01);
+  const Errors before = Compare(dented);
+  RefineOptions options;
+  options.masks = false;
+  const Errors polarization = Compare(Refine(dented, workspace, options));
+  EXPECT_LT(polarization.normal_deg, 0.25 * before.normal_deg) << before.normal_deg;
+  EXPECT_LT(polarization.distance, 0.4 * before.distance) << before.distance;
+  const Errors both = Compare(Refine(dented, workspace));
+  EXPECT_LT(both.normal_deg, 0.25 * before.normal_deg);
+  EXPECT_LT(both.distance, 0.4 * before.distance);
+}
+
+TEST(Refinement, LeavesAnExactSphereWhereItIs) {
+  TemporaryFolder folder;
+  const Workspace workspace = PolarSphere(folder.path(), 0.005);
+  const TriangleMesh sphere = Icosphere(5);
+  const Errors errors = Compare(Refine(sphere, workspace));
+  EXPECT_LT(errors.distance, 0.002) << "a fifth of a pixel";
+  EXPECT_LT(errors.normal_deg, 0.6);
+}
+
+TEST(Refinement, OneAndTwoThreadsGiveTheSameMesh) {
+  TemporaryFolder folder;
+  const Workspace workspace = PolarSphere(folder.path(), 0.005);
+  const TriangleMesh dented = DentedSphere(0.01);
+  std::vector<TriangleMesh> results;
+  for (std::size_t threads : {1, 2}) {
+    const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+    results.push_back(Refine(dented, workspace));
+  }
+  EXPECT_TRUE(results[0].vertices == results[1].vertices);
+  EXPECT_FALSE(results[0].vertices == dented.vertices);
+}
+
+}  // namespace
+}  // namespace polarscan
