@@ -50,6 +50,19 @@ void WriteCloud(const std::filesystem::path& path, const std::vector<CloudPoint>
   WriteFileAtomically(path, bytes);
 }
 
+void WriteCloudErrors(const std::filesystem::path& path, const std::vector<Eigen::Vector3d>& points,
+                      const std::vector<double>& errors) {
+  std::string bytes = fmt::format(
+      "ply\nformat binary_little_endian 1.0\nelement vertex {}\n"
+      "property float x\nproperty float y\nproperty float z\nproperty float error\nend_header\n",
+      points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    for (int k = 0; k < 3; ++k) Append(bytes, float(points[i][k]));
+    Append(bytes, float(errors[i]));
+  }
+  WriteFileAtomically(path, bytes);
+}
+
 CloudPositions ReadCloudPositions(const std::filesystem::path& path) {
   const PlyFile ply = ReadPly(path);
   const auto vertex = ply.find("vertex");

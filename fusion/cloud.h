@@ -25,6 +25,11 @@ struct CloudPoint {
 void WriteCloud(const std::filesystem::path& path, const std::vector<CloudPoint>& points,
                 const std::string& comment = "");
 
+// The distance of each point to the true surface, for CloudCompare and the report: binary PLY, x y z error
+// (float). Atomic.
+void WriteCloudErrors(const std::filesystem::path& path, const std::vector<Eigen::Vector3d>& points,
+                      const std::vector<double>& errors);
+
 // Finite positions of any PLY with x, y and z, and how many were left out for not being finite.
 struct CloudPositions {
   std::vector<Eigen::Vector3d> points;

@@ -24,18 +24,25 @@ using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<do
 
 }  // namespace
 
-std::vector<double> NearestDistances(const std::vector<Eigen::Vector3d>& points,
-                                     const std::vector<Eigen::Vector3d>& queries) {
-  std::vector<double> distances(queries.size(), std::numeric_limits<double>::infinity());
-  if (points.empty()) return distances;
+std::vector<Neighbour> FindNearest(const std::vector<Eigen::Vector3d>& points,
+                                   const std::vector<Eigen::Vector3d>& queries) {
+  std::vector<Neighbour> nearest(queries.size(), {0, std::numeric_limits<double>::infinity()});
+  if (points.empty()) return nearest;
   const PointSet set{points};
   const Tree tree(3, set);
   ParallelFor(0, int(queries.size()), [&](int i) {
-    std::uint32_t index = 0;  // nanoflann's type
-    double squared = 0;
-    tree.knnSearch(queries[std::size_t(i)].data(), 1, &index, &squared);
-    distances[std::size_t(i)] = std::sqrt(squared);
+    Neighbour& found = nearest[std::size_t(i)];
+    tree.knnSearch(queries[std::size_t(i)].data(), 1, &found.index, &found.distance);
+    found.distance = std::sqrt(found.distance);  // nanoflann gives squares
   });
+  return nearest;
+}
+
+std::vector<double> NearestDistances(const std::vector<Eigen::Vector3d>& points,
+                                     const std::vector<Eigen::Vector3d>& queries) {
+  std::vector<double> distances;
+  distances.reserve(queries.size());
+  for (const Neighbour& neighbour : FindNearest(points, queries)) distances.push_back(neighbour.distance);
   return distances;
 }
 

@@ -20,7 +20,14 @@ std::vector<SurfaceSample> SampleSurface(const TriangleMesh& mesh, int count, st
 // Greatest distance of a vertex from the centre of the bounding box.
 double BoundingRadius(const TriangleMesh& mesh);
 
-// Distance of each query to its nearest point; infinite if there are no points. In parallel.
+struct Neighbour {
+  std::uint32_t index = 0;  // into the points
+  double distance;
+};
+
+// The nearest point of each query; at an infinite distance if there are no points. In parallel.
+std::vector<Neighbour> FindNearest(const std::vector<Eigen::Vector3d>& points,
+                                   const std::vector<Eigen::Vector3d>& queries);
 std::vector<double> NearestDistances(const std::vector<Eigen::Vector3d>& points,
                                      const std::vector<Eigen::Vector3d>& queries);
 
