@@ -16,7 +16,7 @@ namespace {
 using nlohmann::json;
 
 constexpr int kStepDeg = 15, kMostGaps = 3;
-constexpr double kGapDeg = 40, kLowestDeg = -15, kUndersideDeg = 60, kDownDeg = -30;
+constexpr double kGapDeg = 40, kLowestDeg = 0, kUndersideDeg = 60, kDownDeg = -30;
 constexpr double kFewShare = 0.01, kWeakShare = 0.2, kCertainDeg = 10;
 
 std::string Percent(double share) { return fmt::format("{:.{}f} %", 100 * share, share < 0.095 ? 1 : 0); }

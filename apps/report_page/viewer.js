@@ -56,14 +56,17 @@ class Viewer {
   // --- the eye ---
 
   turn(dx, dy) {
+    this.flight = null;  // the hand rules
     this.eye.turn(dx, dy);
     this.draw();
   }
   move(dx_px, dy_px) {
+    this.flight = null;
     this.eye.move(dx_px, dy_px);
     this.draw();
   }
   zoom(factor) {
+    this.flight = null;
     this.eye.zoom(factor);
     this.draw();
   }
@@ -95,7 +98,6 @@ class Viewer {
   // --- drawing ---
 
   draw() {
-    this.flight = null;
     if (this.waiting) return;
     this.waiting = true;
     requestAnimationFrame(() => {
