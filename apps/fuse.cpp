@@ -9,12 +9,19 @@ namespace {
 struct FuseArguments {
   std::filesystem::path scan;
   FusionOptions options;
+  bool repair = false;
 };
 
 void Run(const FuseArguments& arguments, Context& context) {
   Scan scan = Scan::Open(arguments.scan, context.progress);
-  scan.ContinueAfter("stereo");
+  if (arguments.repair) {
+    scan.ContinueAfter("dense");
+    RunStereo(scan, RecordedStereoOptions(scan));
+  } else {
+    scan.ContinueAfter("stereo");
+  }
   RunFusion(scan, arguments.options);
+  context.data_lost = MapsWereDamaged(scan);
   nlohmann::json result = scan.Counts("fusion");
   result["cloud"] = scan.cloud().string();
   context.Finish(result, fmt::format("{} points from {} views, each seen by {:.1f} on average: {}",
@@ -30,6 +37,8 @@ void AddFuseCommand(CLI::App& app, Context& context) {
   command->add_option("SCAN", arguments->scan, "The scan's folder")
       ->required()
       ->check(CLI::ExistingDirectory);
+  command->add_flag("--repair", arguments->repair,
+                    "Estimate maps that are missing or damaged again first, with the scan's stereo options");
   AddOptions(*command, Table(arguments->options));
   command->callback([arguments, &context] { Run(*arguments, context); });
 }

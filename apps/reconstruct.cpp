@@ -28,6 +28,7 @@ void Reconstruct(const Arguments& a, Context& context) {
   RunStereo(scan, a.stereo);
   RunFusion(scan, a.fusion);
   RunReport(scan);
+  context.data_lost = MapsWereDamaged(scan);
   context.Finish(scan.state(),
                  fmt::format("cloud:  {}\nreport: {}", scan.cloud().string(), scan.report().string()));
 }

@@ -104,7 +104,7 @@ void WriteReport(const fs::path& scan_folder, const fs::path& html, Progress& pr
   const json evaluation = Try<json>(notes, [&] { return ReadEvaluation(scan_folder, notes); });
   const Eigen::Matrix3d& display = views.display_from_world;
   const CloudSample sample = ReadCloud(scan_folder, !evaluation.is_null(), display, notes);
-  const ReportCloud cloud = sample.empty() ? ReportCloud() : PackCloud(sample, views.dop_full);
+  const ReportCloud cloud = sample.empty() ? ReportCloud() : PackCloud(sample);
   progress.Check();
   ReportMesh mesh;
   if (const fs::path ply = scan_folder / "mesh.ply"; fs::exists(ply))

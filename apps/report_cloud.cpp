@@ -39,11 +39,11 @@ void PackScalar(const ScalarLayer& layer, const std::vector<double>& values, Rep
                                    {"open", layer.open}});
 }
 
-void PackScalars(const CloudSample& sample, double dop_full, ReportCloud& cloud) {
+void PackScalars(const CloudSample& sample, ReportCloud& cloud) {
   if (sample.Has("dop")) {
     const std::vector<double>& dop = sample.values.at("dop");
     const bool any = std::ranges::any_of(dop, [](double value) { return value > 0; });
-    if (any) PackScalar({"dop", "DoP", 0, dop_full > 0 ? dop_full : DopFullScale(dop), false}, dop, cloud);
+    if (any) PackScalar({"dop", "DoP", 0, DopFullScale(dop), false}, dop, cloud);
   }
   for (const auto& [key, label] : {std::pair{"confidence", "Confidence"}, std::pair{"views", "Views"}}) {
     if (!sample.Has(key)) continue;
@@ -81,7 +81,7 @@ void PackNormals(const std::vector<Eigen::Vector3d>& normals, std::string& bytes
     for (double value : n) bytes += char(std::lround(127 * std::clamp(value, -1., 1.)));
 }
 
-ReportCloud PackCloud(const CloudSample& sample, double dop_full) {
+ReportCloud PackCloud(const CloudSample& sample) {
   ReportCloud cloud;
   cloud.facts = {{"total", sample.total},
                  {"shown", sample.points.size()},
@@ -96,7 +96,7 @@ ReportCloud PackCloud(const CloudSample& sample, double dop_full) {
     PackNormals(sample.normals, cloud.bytes);
     cloud.facts["layers"].push_back({{"key", "normal"}, {"label", "Normal"}});
   }
-  PackScalars(sample, dop_full, cloud);
+  PackScalars(sample, cloud);
   return cloud;
 }
 

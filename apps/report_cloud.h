@@ -19,8 +19,8 @@ struct ReportCloud {
   std::map<std::string, std::string> scalars;
 };
 
-// dop_full: full scale of the DoP legend; 0: from the cloud itself. The sample must not be empty.
-ReportCloud PackCloud(const CloudSample& sample, double dop_full);
+// The sample must not be empty.
+ReportCloud PackCloud(const CloudSample& sample);
 
 // Appends positions and sets facts low and size. Appends unit normals.
 void PackPositions(const std::vector<Eigen::Vector3d>& points, nlohmann::json& facts, std::string& bytes);

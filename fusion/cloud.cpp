@@ -32,22 +32,56 @@ void Append(std::string& bytes, const T& value) {
   bytes.append(raw, sizeof(T));
 }
 
+constexpr std::size_t kBytesPerPoint = 37;
+
+void AppendPoint(std::string& bytes, const CloudPoint& p) {
+  for (int k = 0; k < 3; ++k) Append(bytes, p.position[k]);
+  for (int k = 0; k < 3; ++k) Append(bytes, p.normal[k]);
+  for (std::uint8_t channel : {p.colour.r, p.colour.g, p.colour.b}) Append(bytes, channel);
+  Append(bytes, p.dop);
+  Append(bytes, p.confidence);
+  Append(bytes, p.views);
+}
+
 }  // namespace
 
 void WriteCloud(const std::filesystem::path& path, const std::vector<CloudPoint>& points,
                 const std::string& comment) {
-  constexpr std::size_t kBytesPerPoint = 37;
   std::string bytes = Header(points.size(), comment);
   bytes.reserve(bytes.size() + kBytesPerPoint * points.size());
-  for (const CloudPoint& p : points) {
-    for (int k = 0; k < 3; ++k) Append(bytes, p.position[k]);
-    for (int k = 0; k < 3; ++k) Append(bytes, p.normal[k]);
-    for (std::uint8_t c : {p.colour.r, p.colour.g, p.colour.b}) Append(bytes, c);
-    Append(bytes, p.dop);
-    Append(bytes, p.confidence);
-    Append(bytes, p.views);
-  }
+  for (const CloudPoint& p : points) AppendPoint(bytes, p);
   WriteFileAtomically(path, bytes);
+}
+
+CloudWriter::CloudWriter(const std::filesystem::path& path, const std::string& comment)
+    : path_(path), comment_(comment), file_(path, std::ios::binary) {
+  Write(PaddedHeader());
+}
+
+void CloudWriter::Add(const std::vector<CloudPoint>& points) {
+  std::string bytes;
+  bytes.reserve(kBytesPerPoint * points.size());
+  for (const CloudPoint& p : points) AppendPoint(bytes, p);
+  Write(bytes);
+  points_ += points.size();
+}
+
+void CloudWriter::Finish() {
+  file_.seekp(0);
+  Write(PaddedHeader());
+  file_.close();
+  if (!file_) ThrowSystemError("cannot write the file", path_);
+}
+
+// As long for every count.
+std::string CloudWriter::PaddedHeader() const {
+  constexpr std::size_t kMostDigits = 20;
+  return Header(points_, comment_ + std::string(kMostDigits - std::to_string(points_).size(), ' '));
+}
+
+void CloudWriter::Write(const std::string& bytes) {
+  if (!file_.write(bytes.data(), std::streamsize(bytes.size())))
+    ThrowSystemError("cannot write the file", path_);
 }
 
 void WriteCloudErrors(const std::filesystem::path& path, const std::vector<Eigen::Vector3d>& points,

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,25 @@ struct CloudPoint {
 // line. Atomic.
 void WriteCloud(const std::filesystem::path& path, const std::vector<CloudPoint>& points,
                 const std::string& comment = "");
+
+// The same, point by point, without keeping them: to a temporary file of core/files.h's WriteAtomically. The
+// count comes last; blanks at the end of the comment make room for it. Throws Error if the disk fails.
+class CloudWriter {
+ public:
+  CloudWriter(const std::filesystem::path& path, const std::string& comment);
+  void Add(const std::vector<CloudPoint>& points);
+  void Finish();
+  std::size_t points() const { return points_; }
+
+ private:
+  std::string PaddedHeader() const;
+  void Write(const std::string& bytes);
+
+  std::filesystem::path path_;
+  std::string comment_;
+  std::size_t points_ = 0;
+  std::ofstream file_;
+};
 
 // The distance of each point to the true surface, for CloudCompare and the report: binary PLY, x y z error
 // (float). Atomic.
