@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <optional>
 #include <utility>
 
 #include "core/error.h"
@@ -65,7 +64,7 @@ class Fusion {
     for (int i = 0; i < int(workspace_.views.size()); ++i) {
       if (!usable_[std::size_t(i)]) continue;
       progress_.Check();
-      if (const auto reference = Load(i)) FuseOne(i, *reference, cloud);
+      if (const auto reference = Load({i})[0]) FuseOne(i, *reference, cloud);
       progress_.Advance();
     }
     summary_.views = Usable();
@@ -82,30 +81,30 @@ class Fusion {
   int Usable() const { return int(std::ranges::count(usable_, true)); }
   int MinViews() const { return std::min(options_.min_views, Usable()); }
 
-  // The view's maps; nothing if they are damaged: then the view is left out from here on.
-  std::shared_ptr<const ViewMaps> Load(int view) {
-    try {
-      auto maps = cache_.Get(view);
-      absorbed_.Prepare(view, maps->depth);
-      return maps;
-    } catch (const Error& error) {
-      const std::string& name = workspace_.views[std::size_t(view)].name;
-      usable_[std::size_t(view)] = false;
+  // The views' maps. Those that are damaged are left out from here on, and null here.
+  std::vector<std::shared_ptr<const ViewMaps>> Load(const std::vector<int>& views) {
+    std::vector<std::shared_ptr<const ViewMaps>> maps;
+    const std::vector<MapCache::Entry> entries = cache_.Get(views);
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      maps.push_back(entries[i].maps);
+      if (maps.back()) {
+        absorbed_.Prepare(views[i], maps.back()->depth);
+        continue;
+      }
+      const std::string& name = workspace_.views[std::size_t(views[i])].name;
+      usable_[std::size_t(views[i])] = false;
       summary_.damaged.push_back(name);
-      progress_.Warn(fmt::format("view {} is damaged and left out: {}", name, error.what()));
-      return nullptr;
+      progress_.Warn(fmt::format("view {} is damaged and left out: {}", name, entries[i].damage));
     }
+    return maps;
   }
 
-  // Anew from the start when one of them turns out to be damaged, as if it had never been there.
+  // Chosen anew when one of them turns out to be damaged, as if it had never been there.
   Candidates FindCandidates(int view, const ViewMaps& reference) {
     Candidates candidates;
     candidates.views = OverlappingViews(workspace_, view, reference, usable_, options_.check_views);
-    for (int other : candidates.views) {
-      candidates.maps.push_back(Load(other));
-      if (!candidates.maps.back()) return FindCandidates(view, reference);
-    }
-    return candidates;
+    candidates.maps = Load(candidates.views);
+    return std::ranges::count(candidates.maps, nullptr) ? FindCandidates(view, reference) : candidates;
   }
 
   void FuseOne(int view, const ViewMaps& reference, CloudWriter& cloud) {
@@ -142,50 +141,6 @@ class Fusion {
 };
 
 }  // namespace
-
-OptionTable Table(FusionOptions& o) {
-  return {
-      {"fusion-maps",
-       &o.maps,
-       "Depth maps to fuse; auto: geometric if there are any",
-       "",
-       0,
-       0,
-       {"auto", "geometric", "photometric"}},
-      {"fusion-min-views", &o.min_views, "Views that must agree on a point; fewer: more points, more strays",
-       "views", 1, 1000},
-      {"fusion-reprojection", &o.reprojection_px,
-       "Greatest distance of two views' points, seen from the first", "px", 0.01, 100},
-      {"fusion-depth", &o.relative_depth, "Greatest difference of two views' depths, as a share of the depth",
-       "", 1e-6, 1},
-      {"fusion-normal", &o.normal_deg, "Greatest angle between two views' normals", "deg", 0.1, 180},
-      {"fusion-check-views", &o.check_views, "Views asked about a pixel at most (those that overlap most)",
-       "views", 1, 100000},
-      {"fusion-contradictions", &o.contradictions,
-       "Leave a point out if this many times more views see through it than agree; 0: never", "", 0, 1000},
-      {"masks", &o.masks, "Leave out what lies outside of the masks, where there are any"},
-      {"fusion-memory", &o.memory_gb, "Memory for maps; with less they are read more often", "GB", 0, 1e6},
-  };
-}
-
-nlohmann::json ToJson(const CloudSummary& s) {
-  const FusionCounts& c = s.counts;
-  return {{"points", s.points},
-          {"views", s.views},
-          {"damaged", s.damaged.size()},
-          {"damaged_views", s.damaged},
-          {"maps", s.maps},
-          {"mean_views", s.mean_views},
-          {"mean_confidence", s.mean_confidence},
-          {"mean_dop", s.mean_dop},
-          {"pixels",
-           {{"with_depth", c.with_depth},
-            {"masked", c.masked},
-            {"without_normal", c.without_normal},
-            {"absorbed", c.absorbed},
-            {"too_few_views", c.too_few_views},
-            {"contradicted", c.contradicted}}}};
-}
 
 CloudSummary FuseCloud(const std::filesystem::path& dense, const std::filesystem::path& cloud_ply,
                        const FusionOptions& options, Progress& progress) {
