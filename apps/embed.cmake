@@ -1,11 +1,17 @@
-# cmake -DPAGES=kName=FILE,... -DOUTPUT=pages.cpp -P embed.cmake: the pages' files as C++ constants (pages.h).
+# cmake -DPAGES=kName=FILE|FILE...,... -DOUTPUT=pages.cpp -P embed.cmake: the pages' files, those of a name joined, as
+# C++ constants (pages.h).
 string(REPLACE "," ";" PAGES "${PAGES}")
 file(WRITE ${OUTPUT}.part "#include \"apps/pages.h\"\nnamespace polarscan {\n")
 foreach(page ${PAGES})
   string(REGEX MATCH "^([^=]+)=(.+)$" unused ${page})
   set(name ${CMAKE_MATCH_1})
-  file(READ ${CMAKE_MATCH_2} text)
-  file(APPEND ${OUTPUT}.part "const char ${name}[] = R\"page(${text})page\";\n")
+  string(REPLACE "|" ";" files ${CMAKE_MATCH_2})
+  file(APPEND ${OUTPUT}.part "const char ${name}[] =\n")
+  foreach(file ${files})
+    file(READ ${file} text)
+    file(APPEND ${OUTPUT}.part "R\"page(${text})page\"\n")
+  endforeach()
+  file(APPEND ${OUTPUT}.part ";\n")
 endforeach()
 file(APPEND ${OUTPUT}.part "}  // namespace polarscan\n")
 file(RENAME ${OUTPUT}.part ${OUTPUT})

@@ -1,16 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fusion/evaluate.h"
-
-#include <fmt/format.h>
-
-#include <optional>
+#include <algorithm>
+#include <set>
 
 #include "apps/command.h"
+#include "apps/compare_page.h"
+#include "apps/evaluate_scan.h"
 #include "apps/evaluation_table.h"
-#include "core/error.h"
-#include "fusion/alignment.h"
-#include "fusion/cloud.h"
-#include "fusion/maps.h"
 
 namespace polarscan {
 namespace {
@@ -18,12 +13,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-struct EvaluateArguments {
-  fs::path input, truth, poses, cloud;
-  std::vector<fs::path> surroundings;
-  bool align = true, maps = true;
-  EvaluateOptions options;
-};
+constexpr int kPicturePx = 320;  // on the page
 
 // --truth as a folder stands for its mesh.ply, with table.ply around it; in both forms sparse/ beside the
 // mesh holds the true poses. What is given by itself goes first.
@@ -43,70 +33,43 @@ Truth ReadTruth(const EvaluateArguments& arguments) {
   return Truth(ReadMesh(arguments.truth), std::move(surroundings));
 }
 
-std::vector<DenseView> Cameras(const SparseModel& model) {
-  std::vector<DenseView> views;
-  for (const auto& [id, image] : model.images)
-    views.push_back(
-        {image.name, ToPinhole(model.cameras.at(image.camera_id)), image.cam_from_world, 0, 0, {}});
-  return views;
-}
-
-std::vector<DenseView> Moved(std::vector<DenseView> views, const Similarity& similarity) {
-  for (DenseView& view : views) view.cam_from_world = similarity(view.cam_from_world);
-  return views;
-}
-
-json EvaluateCloudFile(const fs::path& cloud, const Similarity& truth_from_scan,
-                       const std::vector<DenseView>& cameras, const Truth& truth,
-                       const EvaluateArguments& arguments, Context& context) {
-  CloudPositions positions = ReadCloudPositions(cloud);
-  if (positions.not_finite > 0)
-    context.progress.Warn(fmt::format("{} points without a finite position are left out: {}",
-                                      positions.not_finite, cloud.string()));
-  for (Eigen::Vector3d& p : positions.points) p = truth_from_scan * p;
-  return EvaluateCloud(positions.points, cameras, truth, arguments.options, context.seed, context.progress);
-}
-
-json EvaluateScan(const fs::path& dense, const EvaluateArguments& arguments, const Truth& truth,
-                  Context& context) {
-  const Workspace workspace = ReadWorkspace(dense);
-  json result;
-  Similarity truth_from_scan;
-  if (arguments.align && !arguments.poses.empty()) {
-    const Alignment alignment = AlignCameras(Poses(workspace), Poses(ReadSparseModel(arguments.poses)));
-    truth_from_scan = alignment.truth_from_scan;
-    result["alignment"] = ToJson(alignment);
-  } else {
-    context.progress.Info("no true poses: the scan is compared in its own frame");
+// The inputs' own last names, or their whole paths where those are not different.
+std::vector<std::string> Names(const std::vector<fs::path>& inputs) {
+  std::vector<std::string> names;
+  for (const fs::path& input : inputs) {
+    const fs::path clean = fs::absolute(input).lexically_normal();
+    names.push_back((clean.has_filename() ? clean : clean.parent_path()).filename().string());
   }
-  if (arguments.maps)
-    result["maps"] = EvaluateMaps(workspace, truth_from_scan, truth, arguments.options, context.progress);
-  const fs::path cloud = arguments.cloud.empty() ? arguments.input / "cloud.ply" : arguments.cloud;
-  if (fs::exists(cloud) || !arguments.cloud.empty())
-    result["cloud"] = EvaluateCloudFile(cloud, truth_from_scan, Moved(workspace.views, truth_from_scan),
-                                        truth, arguments, context);
-  return result;
-}
-
-json EvaluateCloudAlone(const EvaluateArguments& arguments, const Truth& truth, Context& context) {
-  const auto cameras =
-      arguments.poses.empty() ? std::vector<DenseView>() : Cameras(ReadSparseModel(arguments.poses));
-  return {{"cloud", EvaluateCloudFile(arguments.input, {}, cameras, truth, arguments, context)}};
+  const std::set<std::string> different(names.begin(), names.end());
+  if (different.size() < names.size())
+    std::ranges::transform(inputs, names.begin(), [](const fs::path& input) { return input.string(); });
+  return names;
 }
 
 void Run(EvaluateArguments arguments, Context& context) {
   FindTruth(arguments);
+  arguments.seed = context.seed;
   const Truth truth = ReadTruth(arguments);
-  json result;
-  if (!fs::is_directory(arguments.input)) {
-    result = EvaluateCloudAlone(arguments, truth, context);
-  } else {
-    const bool scan = fs::exists(arguments.input / "dense/views.json");
-    result = EvaluateScan(scan ? arguments.input / "dense" : arguments.input, arguments, truth, context);
+  const std::vector<std::string> names = Names(arguments.inputs);
+  const int picture_px = arguments.html.empty() ? 0 : kPicturePx;
+  std::vector<NamedEvaluation> evaluations;
+  std::vector<std::vector<ErrorPictures>> pictures;
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    Evaluated evaluated = EvaluateInput(arguments.inputs[i], arguments, truth, picture_px, context.progress);
+    text += (names.size() > 1 ? names[i] + "\n" : "") + EvaluationTable(evaluated.result) + "\n";
+    evaluations.push_back({names[i], std::move(evaluated.result)});
+    pictures.push_back(std::move(evaluated.pictures));
   }
-  result["input"] = arguments.input.string();
-  result["truth"] = arguments.truth.string();
-  context.Finish(result, EvaluationTable(result));
+  if (names.size() > 1) text += ComparisonTable(evaluations);
+  if (!arguments.html.empty()) {
+    WriteComparison(arguments.html, arguments.truth.string(), evaluations, pictures);
+    text += "page: " + arguments.html.string() + "\n";
+  }
+  text.pop_back();
+  json result = json::array();
+  for (const NamedEvaluation& each : evaluations) result.push_back(each.evaluation);
+  context.Finish(names.size() == 1 ? result[0] : json{{"scans", result}}, text);
 }
 
 }  // namespace
@@ -114,7 +77,9 @@ void Run(EvaluateArguments arguments, Context& context) {
 void AddEvaluateCommand(CLI::App& app, Context& context) {
   auto arguments = std::make_shared<EvaluateArguments>();
   CLI::App* command = app.add_subcommand("evaluate", "Compares a scan or a cloud with the truth");
-  command->add_option("SCAN|CLOUD", arguments->input, "A scan's folder, a dense workspace, or a PLY cloud")
+  command
+      ->add_option("SCAN|CLOUD", arguments->inputs,
+                   "Scans' folders, dense workspaces, or PLY clouds; several are compared with each other")
       ->required()
       ->check(CLI::ExistingPath);
   command
@@ -144,6 +109,12 @@ void AddEvaluateCommand(CLI::App& app, Context& context) {
   command->add_flag("--align,!--no-align", arguments->align,
                     "Align the cameras to the true poses, where there are any");
   command->add_flag("--maps,!--no-maps", arguments->maps, "Compare the depth and normal maps");
+  command->add_flag("--keep,!--no-keep", arguments->keep,
+                    "Leave the result, error pictures and curves in SCAN/evaluation, for the report");
+  command
+      ->add_option("--html", arguments->html,
+                   "Write a page that compares the inputs: curves, table, pictures")
+      ->type_name("FILE.html");
   AddOptions(*command, Table(arguments->options));
   command->callback([arguments, &context] { Run(*arguments, context); });
 }

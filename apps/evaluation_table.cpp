@@ -11,12 +11,20 @@ namespace polarscan {
 namespace {
 
 using nlohmann::json;
+using nlohmann::literals::operator""_json_pointer;
 
 std::string Number(const json& value) {
   return value.is_number() ? fmt::format("{:.4g}", value.get<double>()) : "-";
 }
 std::string Percent(const json& value) {
   return value.is_number() ? fmt::format("{:.1f} %", 100 * value.get<double>()) : "-";
+}
+
+// 1,234,567.
+std::string Grouped(std::size_t number) {
+  std::string text = std::to_string(number);
+  for (std::ptrdiff_t i = std::ptrdiff_t(text.size()) - 3; i > 0; i -= 3) text.insert(std::size_t(i), ",");
+  return text;
 }
 
 // The keys are numbers; as text they would sort wrongly.
@@ -92,6 +100,51 @@ std::string EvaluationTable(const json& evaluation) {
   if (evaluation.contains("cloud")) text += CloudText(evaluation.at("cloud"));
   text.pop_back();
   return text;
+}
+
+std::vector<std::vector<std::string>> ComparisonRows(const std::vector<NamedEvaluation>& evaluations) {
+  const auto unit = [](const json& e) { return e.value("/cloud/unit"_json_pointer, 1.0); };
+  std::vector<std::vector<std::string>> rows;
+  const auto row = [&](const std::string& label, auto text) {
+    rows.push_back({label});
+    for (const NamedEvaluation& each : evaluations) rows.back().push_back(text(each.evaluation));
+    const auto empty = [](const std::string& cell) { return cell == "-"; };
+    if (std::all_of(rows.back().begin() + 1, rows.back().end(), empty)) rows.pop_back();
+  };
+  const auto at = [](const json& e, const std::string& place) {
+    const json::json_pointer pointer(place);
+    return e.contains(pointer) ? e.at(pointer) : json();
+  };
+  row("# of points", [&](const json& e) {
+    const json points = at(e, "/cloud/points");
+    return points.is_number() ? Grouped(points.get<std::size_t>()) : "-";
+  });
+  for (const auto& [label, place] :
+       {std::pair{"Acc. (x10^-2)", "/cloud/accuracy/mean"}, {"Comp. (x10^-2)", "/cloud/completeness/mean"}})
+    row(label, [&, place = place](const json& e) {
+      const json mean = at(e, place);
+      return mean.is_number() ? fmt::format("{:.3f}", 100 * mean.get<double>() / unit(e)) : "-";
+    });
+  const json thresholds = at(evaluations[0].evaluation, "/cloud/thresholds");
+  for (const auto& [threshold, shares] : ByThreshold(thresholds.is_null() ? json::object() : thresholds)) {
+    const std::string place = fmt::format("/cloud/thresholds/{:g}/F", threshold);
+    row(fmt::format("F within {:g}", threshold), [&](const json& e) { return Percent(at(e, place)); });
+  }
+  row("Surface counted", [&](const json& e) { return Percent(at(e, "/cloud/visible_share")); });
+  row("Depth error", [&](const json& e) { return Number(at(e, "/maps/mean/depth/over_all/mean")); });
+  row("Normal error (deg)",
+      [&](const json& e) { return Number(at(e, "/maps/mean/normal_degrees/over_all/mean")); });
+  return rows;
+}
+
+std::string ComparisonTable(const std::vector<NamedEvaluation>& evaluations) {
+  std::string text = fmt::format("{:<20}", "");
+  for (const NamedEvaluation& each : evaluations) text += fmt::format("{:>18}", each.name);
+  for (const std::vector<std::string>& row : ComparisonRows(evaluations)) {
+    text += fmt::format("\n{:<20}", row[0]);
+    for (std::size_t i = 1; i < row.size(); ++i) text += fmt::format("{:>18}", row[i]);
+  }
+  return text + "\n";
 }
 
 }  // namespace polarscan

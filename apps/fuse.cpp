@@ -10,6 +10,7 @@ namespace {
 struct FuseArguments {
   std::filesystem::path scan;
   FusionOptions options;
+  bool repair = false;
 };
 
 // The cloud and what is known of it.
@@ -19,8 +20,14 @@ std::pair<std::filesystem::path, nlohmann::json> Fuse(const FuseArguments& argum
     return {cloud, ToJson(FuseCloud(arguments.scan, cloud, arguments.options, context.progress))};
   }
   Scan scan = Scan::Open(arguments.scan, context.progress);
-  scan.ContinueAfter("stereo");
+  if (arguments.repair) {
+    scan.ContinueAfter("dense");
+    RunStereo(scan, RecordedStereoOptions(scan));
+  } else {
+    scan.ContinueAfter("stereo");
+  }
   RunFusion(scan, arguments.options);
+  context.data_lost = MapsWereDamaged(scan);
   return {scan.cloud(), scan.Counts("fusion")};
 }
 
@@ -40,6 +47,8 @@ void AddFuseCommand(CLI::App& app, Context& context) {
   command->add_option("SCAN", arguments->scan, "The scan's folder, or a dense workspace by COLMAP")
       ->required()
       ->check(CLI::ExistingDirectory);
+  command->add_flag("--repair", arguments->repair,
+                    "Estimate maps that are missing or damaged again first, with the scan's stereo options");
   AddOptions(*command, Table(arguments->options));
   command->callback([arguments, &context] { Run(*arguments, context); });
 }

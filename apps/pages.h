@@ -3,8 +3,10 @@
 
 namespace polarscan {
 
-// Web pages as the build found them, one constant a file (apps/embed.cmake). The report's page.html holds
-// {{title}}, {{style}}, {{scripts}}, {{data}} and {{cloud}} where the rest goes; the preview's is whole.
-extern const char kReportHtml[], kReportCss[], kReportViewerJs[], kReportPageJs[], kPreviewHtml[];
+// Web pages as the build found them, one constant a file or list of
+// files (apps/embed.cmake). The report's page.html holds
+// {{title}}, {{style}}, {{data}}, {{cloud}}, {{mesh}} and {{scripts}} where the rest goes; the comparison's
+// {{style}} and {{data}}; the preview's is whole.
+extern const char kReportHtml[], kReportCss[], kReportScripts[], kCompareHtml[], kPreviewHtml[];
 
 }  // namespace polarscan

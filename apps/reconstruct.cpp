@@ -31,6 +31,7 @@ void Reconstruct(const Arguments& a, Context& context) {
   RunFusion(scan, a.fusion);
   if (a.make_mesh) RunMesh(scan, a.mesh);
   RunReport(scan);
+  context.data_lost = MapsWereDamaged(scan);
   context.Finish(scan.state(),
                  fmt::format("cloud:  {}\n{}report: {}", scan.cloud().string(),
                              a.make_mesh ? fmt::format("mesh:   {}\n", scan.mesh().string()) : "",

@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/report.h"
 
-#include <fmt/format.h>
-
-#include <utility>
-
+#include "apps/evaluation_files.h"
+#include "apps/evaluation_plots.h"
+#include "apps/page_text.h"
 #include "apps/pages.h"
 #include "apps/report_cloud.h"
+#include "apps/report_findings.h"
+#include "apps/report_mesh.h"
 #include "apps/report_util.h"
 #include "apps/report_views.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/image_io.h"
 #include "demosaic/false_colour.h"
+#include "fusion/fuse.h"
 
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -20,60 +22,68 @@ using nlohmann::json;
 namespace polarscan {
 namespace {
 
-constexpr std::size_t kMostPoints = 400'000;
+constexpr std::size_t kMostPoints = 400'000, kMostFaces = 250'000;
 constexpr int kLegendSize = 256;
 
-// Text inside of <title>.
-std::string EscapeHtml(const std::string& text) {
-  std::string escaped;
-  for (char c : text) escaped += c == '<' ? "&lt;" : c == '&' ? "&amp;" : std::string(1, c);
-  return escaped;
-}
-
-// JSON inside of <script>: no "<", so that no text can end the script. Bytes that are not UTF-8 are replaced.
-std::string EscapeJson(const json& value) {
-  std::string escaped;
-  for (char c : value.dump(-1, ' ', false, json::error_handler_t::replace))
-    escaped += c == '<' ? "\\u003c" : std::string(1, c);
-  return escaped;
-}
-
-// The template with each {{name}} replaced, in the order given; the inserted texts are not looked at.
-std::string Fill(std::string_view page, const std::vector<std::pair<std::string_view, std::string>>& texts) {
-  std::string filled;
-  for (const auto& [name, text] : texts) {
-    const std::size_t at = page.find(name);
-    filled.append(page.substr(0, at)).append(text);
-    page.remove_prefix(at + name.size());
-  }
-  return filled.append(page);
-}
-
-std::string ToBase64(const Palette& palette) {
-  std::string bytes;
-  for (const Rgb8& c : palette) bytes += {char(c.r), char(c.g), char(c.b)};
-  return Base64(bytes);
-}
-
 json Legends() {
-  return {{"heat", ToBase64(HeatPalette())},
-          {"ramp", ToBase64(RampPalette())},
+  return {{"heat", PaletteBase64(HeatPalette())},
+          {"ramp", PaletteBase64(RampPalette())},
           {"wheel", Base64(EncodeJpeg(AopWheel(kLegendSize), 92))},
           {"ball", Base64(EncodeJpeg(NormalBall(kLegendSize), 92))}};
 }
 
-// The cloud, or why there is none in `notes`.
-ReportCloud TryPackCloud(const fs::path& ply, const ReportViews& views, json& notes) {
-  if (!fs::exists(ply)) {
-    notes.push_back("There is no cloud yet.");
-    return {};
-  }
+// What read() gives, or nothing, and why in `notes`.
+template <class T, class Read>
+T Try(json& notes, Read&& read) {
   try {
-    return PackCloud(ply, kMostPoints, views.dop_full, views.display_from_world);
+    return read();
   } catch (const Error& error) {
     notes.push_back(error.what());
     return {};
   }
+}
+
+// What `polarscan evaluate` found; null if it was not run, or not on this cloud.
+json ReadEvaluation(const fs::path& scan, json& notes) {
+  const fs::path file = EvaluationJsonPath(EvaluationFolder(scan));
+  if (!fs::exists(file)) return nullptr;
+  json evaluation = ReadJson(file);
+  if (evaluation.contains("cloud_hash") && fs::exists(scan / "cloud.ply") &&
+      evaluation.at("cloud_hash") != ToHex(HashFile(scan / "cloud.ply"))) {
+    notes.push_back("The evaluation is of an earlier cloud and left out; run polarscan evaluate again.");
+    return nullptr;
+  }
+  return evaluation;
+}
+
+CloudSample ReadCloud(const fs::path& scan, bool evaluated, const Eigen::Matrix3d& display_from_world,
+                      json& notes) {
+  const fs::path ply = scan / "cloud.ply", errors = CloudErrorsPath(EvaluationFolder(scan));
+  if (!fs::exists(ply)) {
+    notes.push_back("There is no cloud yet.");
+    return {};
+  }
+  return Try<CloudSample>(notes, [&] {
+    return SampleCloud(ply, evaluated && fs::exists(errors) ? errors : fs::path(), kMostPoints,
+                       display_from_world);
+  });
+}
+
+std::vector<CameraPlace> CamerasAround(const CloudSample& sample, const json& views) {
+  std::vector<CameraPlace> cameras;
+  for (std::size_t i = 0; i < views.size() && !sample.empty(); ++i) {
+    if (!views[i].contains("camera")) continue;
+    const Eigen::Vector3d center = FromArray(views[i].at("camera").at("center"));
+    cameras.push_back(
+        {int(i), views[i].at("name").get<std::string>(), (center - sample.center).normalized()});
+  }
+  return cameras;
+}
+
+// fusion-min-views, if scan.json says so.
+int MinViews(const json& scan) {
+  const json options = scan.value("options", json::object()).value("fusion", json::object());
+  return options.value("fusion-min-views", FusionOptions().min_views);
 }
 
 std::string NameOf(const fs::path& folder) {
@@ -90,18 +100,31 @@ void WriteReport(const fs::path& scan_folder, const fs::path& html, Progress& pr
   json data = {
       {"name", NameOf(scan_folder)}, {"scan", ReadJson(scan_folder / "scan.json")}, {"legends", Legends()}};
   ReportViews views = CollectViews(scan_folder, progress);
-  data["notes"] = views.notes;
-  ReportCloud cloud = TryPackCloud(scan_folder / "cloud.ply", views, data["notes"]);
+  json& notes = data["notes"] = views.notes;
+  const json evaluation = Try<json>(notes, [&] { return ReadEvaluation(scan_folder, notes); });
+  const Eigen::Matrix3d& display = views.display_from_world;
+  const CloudSample sample = ReadCloud(scan_folder, !evaluation.is_null(), display, notes);
+  const ReportCloud cloud = sample.empty() ? ReportCloud() : PackCloud(sample);
   progress.Check();
+  ReportMesh mesh;
+  if (const fs::path ply = scan_folder / "mesh.ply"; fs::exists(ply))
+    mesh = Try<ReportMesh>(notes, [&] { return PackMesh(ply, kMostFaces, display, sample, cloud); });
+  progress.Check();
+  data["findings"] = Findings({sample, CamerasAround(sample, views.views), views.dop_noise,
+                               MinViews(data["scan"]), data["scan"], views.views});
   data["views"] = std::move(views.views);
   data["dop_full"] = views.dop_full;
   data["cloud"] = cloud.facts;
-  WriteFileAtomically(html,
-                      Fill(kReportHtml, {{"{{title}}", EscapeHtml(NameOf(scan_folder))},
-                                         {"{{style}}", kReportCss},
-                                         {"{{data}}", EscapeJson(data)},
-                                         {"{{cloud}}", Base64(cloud.bytes)},
-                                         {"{{scripts}}", std::string(kReportViewerJs) + kReportPageJs}}));
+  data["mesh"] = mesh.facts;
+  data["evaluation"] = evaluation;
+  data["curves"] = json::array();
+  for (const CurveDrawing& drawing : DrawCurves({{"", evaluation}})) data["curves"].push_back(drawing.svg);
+  WriteFileAtomically(html, Fill(kReportHtml, {{"{{title}}", EscapeHtml(NameOf(scan_folder))},
+                                               {"{{style}}", kReportCss},
+                                               {"{{data}}", EscapeJson(data)},
+                                               {"{{cloud}}", Base64(cloud.bytes)},
+                                               {"{{mesh}}", Base64(mesh.bytes)},
+                                               {"{{scripts}}", kReportScripts}}));
 }
 
 }  // namespace polarscan

@@ -1,25 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include <Eigen/Core>
-#include <cstddef>
-#include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "apps/report_sample.h"
+
 namespace polarscan {
 
-// A cloud as the report's page gets it: at most `max_points` points, in the display frame (y up), quantised.
-// bytes: positions (3 x uint16 little endian a point, in the box low + size), then colours (3 x uint8, if the
-// file has them), normals (3 x int8, if any), then one uint8 a point for each scalar layer. facts: total,
-// shown, outside (left out, further than 6 radii away), low, size, center, radius, spacing (all in world
-// units), layers [{key, label, low, high}] with keys colour, normal, dop, confidence, views.
+// A cloud as the report's page gets it, quantised. bytes: positions (3 x uint16 little endian a point, in the
+// box low + size), then each layer: colours (3 x uint8), normals (3 x int8), scalars (1 x uint8 from low to
+// high). facts: total, shown, outside, low, size, center, radius, spacing (all in world units, display
+// frame), layers [{key, label, low, high}] with keys colour, normal, dop, confidence, views, error. scalars:
+// the bytes of the scalar layers by key.
 struct ReportCloud {
   nlohmann::json facts;
   std::string bytes;
+  std::map<std::string, std::string> scalars;
 };
 
-// dop_full: full scale of the DoP legend; 0: from the cloud itself. Throws Error on a damaged or empty file.
-ReportCloud PackCloud(const std::filesystem::path& ply, std::size_t max_points, double dop_full,
-                      const Eigen::Matrix3d& display_from_world);
+// The sample must not be empty.
+ReportCloud PackCloud(const CloudSample& sample);
+
+// Appends positions and sets facts low and size. Appends unit normals.
+void PackPositions(const std::vector<Eigen::Vector3d>& points, nlohmann::json& facts, std::string& bytes);
+void PackNormals(const std::vector<Eigen::Vector3d>& normals, std::string& bytes);
+nlohmann::json ToArray(const Eigen::Vector3d& v);
+Eigen::Vector3d FromArray(const nlohmann::json& array);
 
 }  // namespace polarscan

@@ -25,12 +25,6 @@ void TryRead(const fs::path& path, SmallView& view, Read&& read) {
   }
 }
 
-// width and height with the longest side at most `longest`.
-std::pair<int, int> FitSize(int width, int height, int longest) {
-  const double scale = std::min(1.0, double(longest) / std::max(width, height));
-  return {std::max(1, int(std::lround(width * scale))), std::max(1, int(std::lround(height * scale)))};
-}
-
 StokesImage ShrinkStokes(const StokesImage& view, int longest) {
   const auto [width, height] = FitSize(view.s0.width(), view.s0.height(), longest);
   const auto use = [&](int x, int y) { return view.noise.empty() || std::isfinite(view.noise(x, y)); };
@@ -66,12 +60,32 @@ Image<Rgb8> PictureOf(const StokesImage& view) {
   return picture;
 }
 
+// S0 below which a pixel is too dark to tell anything of its polarization.
+double Dark(std::span<const float> s0) { return 0.1 * Quantile({s0.begin(), s0.end()}, 0.95); }
+
+double MedianDopNoise(const StokesImage& view) {
+  const double dark = Dark(view.s0.pixels());
+  std::vector<double> noise;
+  for (std::size_t i = 0; i < view.noise.size(); ++i)
+    if (view.s0.pixels()[i] > dark && std::isfinite(view.noise.pixels()[i]))
+      noise.push_back(DegreeOfPolarizationNoise(view.s0.pixels()[i], view.noise.pixels()[i]));
+  return Quantile(noise, 0.5);
+}
+
 }  // namespace
 
 void ReadSmall(SmallView& view, int longest) {
-  TryRead(view.stokes_path, view, [&] { view.stokes = ShrinkStokes(ReadStokes(view.stokes_path), longest); });
-  TryRead(view.picture_path, view,
-          [&] { view.picture = ShrinkPicture(ReadPicture(view.picture_path), longest); });
+  TryRead(view.stokes_path, view, [&] {
+    const StokesImage stokes = ReadStokes(view.stokes_path);
+    view.dop_noise = MedianDopNoise(stokes);
+    view.stokes = ShrinkStokes(stokes, longest);
+  });
+  const auto read_picture = [&](const fs::path& path, Image<Rgb8>& picture) {
+    TryRead(path, view, [&] { picture = ShrinkPicture(ReadPicture(path), longest); });
+  };
+  read_picture(view.picture_path, view.picture);
+  read_picture(view.depth_error_path, view.depth_error);
+  read_picture(view.normal_error_path, view.normal_error);
   if (view.picture.empty() && view.stokes) view.picture = PictureOf(*view.stokes);
   TryRead(view.depth_path, view, [&] {
     const Image<float> depth = ReadDepthMap(view.depth_path);
@@ -91,8 +105,8 @@ void ReadSmall(SmallView& view, int longest) {
 }
 
 void AppendDop(const StokesImage& small, std::vector<double>& dop) {
-  const std::vector<double> s0(small.s0.pixels().begin(), small.s0.pixels().end());
-  const double dark = 0.1 * Quantile(s0, 0.95);
+  const auto s0 = small.s0.pixels();
+  const double dark = Dark(s0);
   for (std::size_t i = 0; i < s0.size(); ++i)
     if (s0[i] > dark) dop.push_back(std::hypot(small.s1.pixels()[i], small.s2.pixels()[i]) / s0[i]);
 }
@@ -116,6 +130,8 @@ nlohmann::json ToPage(const SmallView& view, double dop_full) {
     page["depth"] = {{"near", near_depth}, {"far", far_depth}, {"share", view.depth_share}};
   }
   if (!view.normal.empty()) pictures["normal"] = jpeg(NormalPicture(view.normal));
+  if (!view.depth_error.empty()) pictures["depth_error"] = jpeg(view.depth_error);
+  if (!view.normal_error.empty()) pictures["normal_error"] = jpeg(view.normal_error);
   return page;
 }
 

@@ -17,8 +17,10 @@ namespace polarscan {
 struct SmallView {
   std::string name;
   std::filesystem::path stokes_path, picture_path, depth_path, normal_path;
+  std::filesystem::path depth_error_path, normal_error_path;  // pictures that evaluate left
   std::optional<StokesImage> stokes;
-  Image<Rgb8> picture;
+  double dop_noise = 0;  // median standard deviation of DoP at full size, dark pixels left out
+  Image<Rgb8> picture, depth_error, normal_error;
   Image<float> depth;
   Image<Eigen::Vector3f> normal;
   double depth_share = 0;            // of the pixels that have a depth
@@ -32,8 +34,9 @@ void ReadSmall(SmallView& view, int longest);
 // Appends the degrees of polarization of the pixels that are not too dark to tell.
 void AppendDop(const StokesImage& small, std::vector<double>& dop);
 
-// {name, pictures {s0, dop, aop, depth, normal: JPEG in base64}, depth {near, far, share}}, each if the view
-// has it. dop_full: degree of polarization shown at full strength; 0: no dop and aop.
+// {name, pictures {s0, dop, aop, depth, normal, depth_error, normal_error: JPEG in base64}, depth {near, far,
+// share}}, each if the view has it. dop_full: degree of polarization shown at full strength; 0: no dop and
+// aop.
 nlohmann::json ToPage(const SmallView& view, double dop_full);
 
 }  // namespace polarscan

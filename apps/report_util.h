@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/image.h"
@@ -22,6 +23,12 @@ inline double Quantile(std::vector<double> values, double q) {
 // Full scale of a legend for degrees of polarization: the 98 % quantile, rounded up to twentieths, 0.1 to 1.
 inline double DopFullScale(const std::vector<double>& dop) {
   return std::clamp(std::ceil(Quantile(dop, 0.98) * 20) / 20, 0.1, 1.0);
+}
+
+// width and height with the longest side at most `longest`.
+inline std::pair<int, int> FitSize(int width, int height, int longest) {
+  const double scale = std::min(1.0, double(longest) / std::max(width, height));
+  return {std::max(1, int(std::lround(width * scale))), std::max(1, int(std::lround(height * scale)))};
 }
 
 // Mean of the used pixels under each pixel of a smaller picture; `none` where fewer than a quarter are used.

@@ -7,6 +7,7 @@
 
 #include <optional>
 
+#include "apps/evaluation_files.h"
 #include "apps/report_pictures.h"
 #include "apps/report_util.h"
 #include "core/error.h"
@@ -52,7 +53,7 @@ Eigen::Matrix3d DisplayFrame(const std::vector<DenseView>& views) {
   return display_from_world;
 }
 
-std::vector<SmallView> ListDense(const Workspace& workspace) {
+std::vector<SmallView> ListDense(const Workspace& workspace, const fs::path& evaluation) {
   std::vector<SmallView> views;
   for (int i = 0; i < int(workspace.views.size()); ++i) {
     const auto best = [&](auto path) {
@@ -64,6 +65,8 @@ std::vector<SmallView> ListDense(const Workspace& workspace) {
     view.picture_path = workspace.PicturePath(i);
     view.depth_path = best([&](const char* kind) { return workspace.DepthPath(i, kind); });
     view.normal_path = best([&](const char* kind) { return workspace.NormalPath(i, kind); });
+    view.depth_error_path = DepthErrorPath(evaluation, view.name);
+    view.normal_error_path = NormalErrorPath(evaluation, view.name);
     views.push_back(view);
   }
   return views;
@@ -120,9 +123,13 @@ void ReadPictures(std::vector<SmallView>& views, ReportViews& report, Progress& 
     if (std::size_t(i) % step == 0) ReadSmall(views[std::size_t(i)], longest);
     progress.Advance();
   });
-  std::vector<double> dop;
-  for (const SmallView& view : views)
-    if (view.stokes) AppendDop(*view.stokes, dop);
+  std::vector<double> dop, noise;
+  for (const SmallView& view : views) {
+    if (!view.stokes) continue;
+    AppendDop(*view.stokes, dop);
+    noise.push_back(view.dop_noise);
+  }
+  report.dop_noise = Quantile(noise, 0.5);
   if (Quantile(dop, 0.98) > 0) report.dop_full = DopFullScale(dop);
 }
 
@@ -131,7 +138,8 @@ void ReadPictures(std::vector<SmallView>& views, ReportViews& report, Progress& 
 ReportViews CollectViews(const fs::path& scan_folder, Progress& progress) {
   ReportViews report;
   const std::optional<Workspace> workspace = TryReadWorkspace(scan_folder / "dense", report.notes);
-  std::vector<SmallView> views = workspace ? ListDense(*workspace) : ListViews(scan_folder / "views");
+  std::vector<SmallView> views =
+      workspace ? ListDense(*workspace, EvaluationFolder(scan_folder)) : ListViews(scan_folder / "views");
   if (workspace) report.display_from_world = DisplayFrame(workspace->views);
   if (!workspace) report.notes.push_back("The cameras' places are not known yet: no dense workspace.");
   if (views.empty()) report.notes.push_back("There are no views yet.");

@@ -17,6 +17,7 @@
 
 namespace polarscan {
 namespace fs = std::filesystem;
+using nlohmann::literals::operator""_json_pointer;
 namespace {
 
 constexpr const char* kFile = "scan.json";
@@ -144,6 +145,7 @@ Scan Scan::Open(const fs::path& folder, Terminal& terminal) {
 bool Scan::IsDone(const Stage& stage, const std::string& hash) const {
   const nlohmann::json record = StageRecord(state_, stage.name);
   if (record.value("state", "") != "done" || record.value("hash", "") != hash) return false;
+  if (record.value("/counts/damaged"_json_pointer, 0) > 0) return false;
   const std::string listing = OutputListing(folder_, stage.outputs);
   return !listing.empty() && listing == record.value("outputs", "");
 }

@@ -45,8 +45,8 @@ class Scan {
   const std::filesystem::path& folder() const { return folder_; }
 
   // Runs the work of a stage and records what it returns ({"views": 12, ...}), unless the stage is done with
-  // the same hash and its outputs are all there. What work throws goes on to the caller; the stage is then
-  // "failed".
+  // the same hash and its outputs are all there; one that counted something "damaged" is tried again. What
+  // work throws goes on to the caller; the stage is then "failed".
   using Work = std::function<nlohmann::json(Progress&)>;
   void Run(const Stage& stage, const Work& work);
 

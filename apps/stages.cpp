@@ -3,6 +3,7 @@
 
 #include "apps/report.h"
 #include "apps/views.h"
+#include "core/error.h"
 #include "stereo/workspace.h"
 
 namespace polarscan {
@@ -74,6 +75,19 @@ void RunReport(Scan& scan) {
     WriteReport(scan.folder(), scan.report(), progress);
     return nlohmann::json::object();
   });
+}
+
+bool MapsWereDamaged(const Scan& scan) { return scan.Counts("fusion").value("damaged", 0) > 0; }
+
+StereoOptions RecordedStereoOptions(const Scan& scan) {
+  const nlohmann::json::json_pointer place("/options/stereo");
+  if (!scan.state().contains(place))
+    throw Error("the scan does not say how its maps were made", (scan.folder() / "scan.json").string(),
+                "Run polarscan stereo " + scan.folder().string());
+  StereoOptions options;
+  OptionTable table = Table(options);
+  FromJson(scan.state().at(place), table);
+  return options;
 }
 
 StereoOptions StereoOptionsFrom(const CLI::App& command, StereoOptions parsed, const Context& context) {

@@ -22,6 +22,12 @@ void RunFusion(Scan& scan, const FusionOptions& options);
 void RunMesh(Scan& scan, const MeshOptions& options);
 void RunReport(Scan& scan);
 
+// Whether fusion left out views because of damaged maps: then it is done, but data was lost.
+bool MapsWereDamaged(const Scan& scan);
+
+// The options of the scan's stereo stage as scan.json holds them. Throws Error if it holds none.
+StereoOptions RecordedStereoOptions(const Scan& scan);
+
 // Stereo's options from the command line: those of the preset that was asked for, with what else was given on
 // top.
 StereoOptions StereoOptionsFrom(const CLI::App& command, StereoOptions parsed, const Context& context);

@@ -26,6 +26,11 @@ std::vector<double> Column(const PlyElement& vertex, const std::string& name, do
 
 std::uint8_t ToByte(double value) { return std::uint8_t(std::clamp(value, 0.0, 255.0)); }
 
+std::string Header(std::size_t count, const std::string& comment) {
+  return fmt::format("ply\nformat binary_little_endian 1.0\n{}element vertex {}\n{}end_header\n",
+                     comment.empty() ? "" : "comment " + comment + "\n", count, PointProperties());
+}
+
 }  // namespace
 
 std::string PointProperties() {
@@ -46,11 +51,53 @@ void AppendPoint(std::string& bytes, const CloudPoint& p) {
 
 void WriteCloud(const std::filesystem::path& path, const std::vector<CloudPoint>& points,
                 const std::string& comment) {
-  std::string bytes =
-      fmt::format("ply\nformat binary_little_endian 1.0\n{}element vertex {}\n{}end_header\n",
-                  comment.empty() ? "" : "comment " + comment + "\n", points.size(), PointProperties());
+  std::string bytes = Header(points.size(), comment);
   bytes.reserve(bytes.size() + kBytesPerPoint * points.size());
   for (const CloudPoint& p : points) AppendPoint(bytes, p);
+  WriteFileAtomically(path, bytes);
+}
+
+CloudWriter::CloudWriter(const std::filesystem::path& path, const std::string& comment)
+    : path_(path), comment_(comment), file_(path, std::ios::binary) {
+  Write(PaddedHeader());
+}
+
+void CloudWriter::Add(const std::vector<CloudPoint>& points) {
+  std::string bytes;
+  bytes.reserve(kBytesPerPoint * points.size());
+  for (const CloudPoint& p : points) AppendPoint(bytes, p);
+  Write(bytes);
+  points_ += points.size();
+}
+
+void CloudWriter::Finish() {
+  file_.seekp(0);
+  Write(PaddedHeader());
+  file_.close();
+  if (!file_) ThrowSystemError("cannot write the file", path_);
+}
+
+// As long for every count.
+std::string CloudWriter::PaddedHeader() const {
+  constexpr std::size_t kMostDigits = 20;
+  return Header(points_, comment_ + std::string(kMostDigits - std::to_string(points_).size(), ' '));
+}
+
+void CloudWriter::Write(const std::string& bytes) {
+  if (!file_.write(bytes.data(), std::streamsize(bytes.size())))
+    ThrowSystemError("cannot write the file", path_);
+}
+
+void WriteCloudErrors(const std::filesystem::path& path, const std::vector<Eigen::Vector3d>& points,
+                      const std::vector<double>& errors) {
+  std::string bytes = fmt::format(
+      "ply\nformat binary_little_endian 1.0\nelement vertex {}\n"
+      "property float x\nproperty float y\nproperty float z\nproperty float error\nend_header\n",
+      points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    for (int k = 0; k < 3; ++k) AppendBytes(bytes, float(points[i][k]));
+    AppendBytes(bytes, float(errors[i]));
+  }
   WriteFileAtomically(path, bytes);
 }
 

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,30 @@ void AppendPoint(std::string& bytes, const CloudPoint& point);
 // without a normal, are left out); what else is missing is 0, its confidence 1. Throws Error on a damaged
 // file, and on one without normals or points.
 std::vector<CloudPoint> ReadCloud(const std::filesystem::path& path);
+
+// The same, point by point, without keeping them: to a temporary file of core/files.h's WriteAtomically. The
+// count comes last; blanks at the end of the comment make room for it. Throws Error if the disk fails.
+class CloudWriter {
+ public:
+  CloudWriter(const std::filesystem::path& path, const std::string& comment);
+  void Add(const std::vector<CloudPoint>& points);
+  void Finish();
+  std::size_t points() const { return points_; }
+
+ private:
+  std::string PaddedHeader() const;
+  void Write(const std::string& bytes);
+
+  std::filesystem::path path_;
+  std::string comment_;
+  std::size_t points_ = 0;
+  std::ofstream file_;
+};
+
+// The distance of each point to the true surface, for CloudCompare and the report: binary PLY, x y z error
+// (float). Atomic.
+void WriteCloudErrors(const std::filesystem::path& path, const std::vector<Eigen::Vector3d>& points,
+                      const std::vector<double>& errors);
 
 // Finite positions of any PLY with x, y and z, and how many were left out for not being finite.
 struct CloudPositions {

@@ -61,6 +61,20 @@ nlohmann::json DistanceSummary(const std::vector<double>& distances, double cap)
           {"p90", Percentile(distances, 90)}};
 }
 
+void ErrorCurve::Add(const std::vector<double>& errors) {
+  total_ += errors.size();
+  for (double error : errors)
+    if (error < end_) ++counts_[std::min(kSteps - 1, std::size_t(error / end_ * double(kSteps)))];
+}
+
+nlohmann::json ErrorCurve::ToJson() const {
+  if (total_ == 0) return nullptr;
+  std::vector<double> shares = {0};
+  std::size_t below = 0;
+  for (std::size_t count : counts_) shares.push_back(double(below += count) / double(total_));
+  return {{"end", end_}, {"shares", shares}};
+}
+
 nlohmann::json MeanOf(const std::vector<nlohmann::json>& reports) {
   std::vector<nlohmann::json> present;
   for (const nlohmann::json& report : reports)

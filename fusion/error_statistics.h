@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <array>
+#include <cstddef>
 #include <nlohmann/json.hpp>
 #include <vector>
 
@@ -26,6 +28,22 @@ nlohmann::json PixelErrors(const std::vector<double>& errors, std::size_t total,
 
 // {mean, median, rms, p90} of distances; a cap > 0 cuts those in mean and rms. Null if there are none.
 nlohmann::json DistanceSummary(const std::vector<double>& distances, double cap);
+
+// Cumulative errors: which share lies below 0, 1, ... 100 hundredths of `end`. Errors that are not below
+// `end` and those that are infinite (missing) count in the total only.
+class ErrorCurve {
+ public:
+  explicit ErrorCurve(double end) : end_(end) {}
+  void Add(const std::vector<double>& errors);
+  void AddMissing(std::size_t count) { total_ += count; }
+  nlohmann::json ToJson() const;  // {end, shares [101]}; null if nothing was added
+
+ private:
+  static constexpr std::size_t kSteps = 100;
+  double end_;
+  std::array<std::size_t, kSteps> counts_{};
+  std::size_t total_ = 0;
+};
 
 // Mean of every number over the reports that have it, key by key.
 nlohmann::json MeanOf(const std::vector<nlohmann::json>& reports);

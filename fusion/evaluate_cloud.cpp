@@ -34,9 +34,10 @@ struct ObjectPoints {
 };
 
 ObjectPoints SelectObjectPoints(const std::vector<Eigen::Vector3d>& points, const Truth& truth, double crop,
-                                Progress& progress) {
+                                Progress& progress, const PointErrorSink& sink) {
   const auto& meshes = truth.caster.meshes();
   const std::vector<double> to_object = Distances(points, {meshes[0]}, progress);
+  if (sink) sink(to_object);
   std::vector<double> to_rest;
   if (meshes.size() > 1) to_rest = Distances(points, {meshes.begin() + 1, meshes.end()}, progress);
   ObjectPoints object;
@@ -93,15 +94,22 @@ nlohmann::json AtThresholds(const std::vector<double>& accuracy, const std::vect
   return report;
 }
 
+nlohmann::json CurveOf(const std::vector<double>& distances, const std::vector<double>& thresholds) {
+  ErrorCurve curve(std::ranges::max(thresholds));
+  curve.Add(distances);
+  return curve.ToJson();
+}
+
 }  // namespace
 
 nlohmann::json EvaluateCloud(const std::vector<Eigen::Vector3d>& points,
                              const std::vector<DenseView>& cameras, const Truth& truth,
-                             const EvaluateOptions& options, std::uint64_t seed, Progress& progress) {
+                             const EvaluateOptions& options, std::uint64_t seed, Progress& progress,
+                             const PointErrorSink& sink) {
   const double unit = options.unit > 0 ? options.unit : ObjectUnit(truth.object());
   const std::vector<double> thresholds = ParseThresholds(options.cloud_thresholds, unit);
   progress.Begin("comparing the cloud", 3, "step");
-  const ObjectPoints object = SelectObjectPoints(points, truth, options.crop * unit, progress);
+  const ObjectPoints object = SelectObjectPoints(points, truth, options.crop * unit, progress, sink);
   progress.Advance();
   if (object.points.empty())
     throw Error(fmt::format("none of the cloud's points counts as the object's ({} points, {} nearer to the "
@@ -127,7 +135,10 @@ nlohmann::json EvaluateCloud(const std::vector<Eigen::Vector3d>& points,
           {"cap", options.cap * unit},
           {"accuracy", DistanceSummary(object.distances, options.cap * unit)},
           {"completeness", DistanceSummary(completeness, options.cap * unit)},
-          {"thresholds", AtThresholds(object.distances, completeness, thresholds)}};
+          {"thresholds", AtThresholds(object.distances, completeness, thresholds)},
+          {"curves",
+           {{"accuracy", CurveOf(object.distances, thresholds)},
+            {"completeness", CurveOf(completeness, thresholds)}}}};
 }
 
 }  // namespace polarscan

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "core/error.h"
@@ -51,24 +52,35 @@ void ApplyMask(const Image<std::uint8_t>& mask, TrueMaps& maps) {
 struct ViewErrors {
   std::size_t object = 0, estimated = 0, both = 0;
   std::vector<double> depth, normal_deg;  // over the object's estimated pixels; normals where there is one
+  ErrorMaps maps;
 };
 
 ViewErrors Compare(const Image<float>& depth, const Image<Eigen::Vector3f>& normal, double scale,
                    const TrueMaps& truth) {
+  constexpr float kNotObject = std::numeric_limits<float>::quiet_NaN(),
+                  kMissing = std::numeric_limits<float>::infinity();
+  const int width = depth.width(), height = depth.height();
   ViewErrors errors;
+  errors.maps.depth = Image<float>(width, height, kNotObject);
+  if (!normal.empty()) errors.maps.normal_deg = Image<float>(width, height, kNotObject);
   for (std::size_t i = 0; i < depth.size(); ++i) {
     const double estimate = depth.pixels()[i], expected = truth.depth.pixels()[i];
     const bool object = expected > 0, estimated = std::isfinite(estimate) && estimate > 0;
     errors.object += object;
     errors.estimated += estimated;
-    if (!object || !estimated) continue;
+    if (!object) continue;
+    errors.maps.depth.pixels()[i] = kMissing;
+    if (!normal.empty()) errors.maps.normal_deg.pixels()[i] = kMissing;
+    if (!estimated) continue;
     ++errors.both;
     errors.depth.push_back(std::abs(scale * estimate - expected));
+    errors.maps.depth.pixels()[i] = float(errors.depth.back());
     if (normal.empty()) continue;
     const Eigen::Vector3d n = normal.pixels()[i].cast<double>();
     const double length = n.norm();
-    if (std::isfinite(length) && length > 1e-6)
-      errors.normal_deg.push_back(AngleDegrees(n, truth.normal.pixels()[i]));
+    if (!std::isfinite(length) || length < 1e-6) continue;
+    errors.normal_deg.push_back(AngleDegrees(n, truth.normal.pixels()[i]));
+    errors.maps.normal_deg.pixels()[i] = float(errors.normal_deg.back());
   }
   return errors;
 }
@@ -94,9 +106,9 @@ nlohmann::json Report(const ViewErrors& errors, bool with_normals, const Evaluat
   return report;
 }
 
-nlohmann::json EvaluateView(const Workspace& workspace, int view, const std::string& kind,
-                            const Similarity& truth_from_scan, const Truth& truth,
-                            const EvaluateOptions& options, const Scales& scales, Progress& progress) {
+ViewErrors CompareView(const Workspace& workspace, int view, const std::string& kind,
+                       const Similarity& truth_from_scan, const Truth& truth, const EvaluateOptions& options,
+                       Progress& progress) {
   const DenseView& dense = workspace.views[std::size_t(view)];
   const Image<float> depth = ReadDepthMap(workspace.DepthPath(view, kind));
   const std::filesystem::path normal_path = workspace.NormalPath(view, kind);
@@ -107,25 +119,42 @@ nlohmann::json EvaluateView(const Workspace& workspace, int view, const std::str
   TrueMaps expected = Cast(truth, dense.camera.Resized(depth.width(), depth.height()),
                            truth_from_scan(dense.cam_from_world), progress);
   if (options.masks) ApplyMask(ReadViewMask(workspace, view), expected);
-  return Report(Compare(depth, normal, truth_from_scan.scale, expected), with_normals, options, scales);
+  return Compare(depth, normal, truth_from_scan.scale, expected);
 }
+
+// All object pixels of all views.
+struct Curves {
+  ErrorCurve depth, normal_deg;
+  void Add(const ViewErrors& errors) {
+    depth.Add(errors.depth);
+    depth.AddMissing(errors.object - errors.depth.size());
+    if (errors.maps.normal_deg.empty()) return;
+    normal_deg.Add(errors.normal_deg);
+    normal_deg.AddMissing(errors.object - errors.normal_deg.size());
+  }
+};
 
 }  // namespace
 
 nlohmann::json EvaluateMaps(const Workspace& workspace, const Similarity& truth_from_scan, const Truth& truth,
-                            const EvaluateOptions& options, Progress& progress) {
+                            const EvaluateOptions& options, Progress& progress, const ErrorMapSink& sink) {
   const std::string kind = options.kind == "auto" ? BestMapKind(workspace) : options.kind;
   const double unit = options.unit > 0 ? options.unit : ObjectUnit(truth.object());
   const Scales scales{unit, ParseThresholds(options.depth_thresholds, unit),
                       ParseThresholds(options.normal_thresholds_deg, 1)};
   nlohmann::json per_view = nlohmann::json::object();
   std::vector<nlohmann::json> reports;
+  Curves curves{ErrorCurve(std::ranges::max(scales.depth)), ErrorCurve(std::ranges::max(scales.normal_deg))};
   progress.Begin("comparing maps", workspace.views.size());
   for (int i = 0; i < int(workspace.views.size()); ++i) {
     progress.Check();
     if (HasMaps(workspace, i, kind)) {
-      reports.push_back(EvaluateView(workspace, i, kind, truth_from_scan, truth, options, scales, progress));
-      per_view[workspace.views[std::size_t(i)].name] = reports.back();
+      const std::string& name = workspace.views[std::size_t(i)].name;
+      const ViewErrors errors = CompareView(workspace, i, kind, truth_from_scan, truth, options, progress);
+      reports.push_back(Report(errors, !errors.maps.normal_deg.empty(), options, scales));
+      per_view[name] = reports.back();
+      curves.Add(errors);
+      if (sink) sink(name, errors.maps);
     }
     progress.Advance();
   }
@@ -141,6 +170,7 @@ nlohmann::json EvaluateMaps(const Workspace& workspace, const Similarity& truth_
           {"depth_penalty", options.depth_penalty * unit},
           {"normal_penalty", options.normal_penalty_deg},
           {"mean", MeanOf(reports)},
+          {"curves", {{"depth", curves.depth.ToJson()}, {"normal_degrees", curves.normal_deg.ToJson()}}},
           {"per_view", per_view}};
 }
 

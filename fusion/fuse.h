@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "core/options.h"
 #include "core/progress.h"
@@ -24,7 +25,7 @@ struct FusionOptions {
   double contradictions =
       0.5;               // drop a point that this many times more views see through than agree; 0: never
   bool masks = true;     // pixels outside of masks/NAME.png make no points
-  double memory_gb = 4;  // maps kept in memory; fewer views' maps are read anew
+  double memory_gb = 3;  // maps kept in memory (23 bytes a pixel; at least check_views + 1 views' maps)
 };
 OptionTable Table(FusionOptions& options);
 
@@ -42,8 +43,9 @@ struct FusionCounts {
 
 struct CloudSummary {
   std::size_t points = 0;
-  int views = 0;     // with maps
-  std::string maps;  // "geometric" or "photometric"
+  int views = 0;                     // with sound maps
+  std::vector<std::string> damaged;  // views left out
+  std::string maps;                  // "geometric" or "photometric"
   double mean_views = 0, mean_confidence = 0, mean_dop = 0;
   FusionCounts counts;
 };
@@ -52,8 +54,10 @@ nlohmann::json ToJson(const CloudSummary& summary);
 // Fuses the depth maps of a workspace into a cloud (fusion/cloud.h). Views are taken in order; each pixel
 // that no earlier point has absorbed asks the overlapping views whether they agree (fusion/consistency.h);
 // with enough of them it becomes a point and absorbs their pixels. Same bytes for any number of threads and
-// any memory limit. Views without maps are left out with a warning. Throws Error if a file is damaged
-// (named), if there are no maps, or if nothing is consistent (with the counts of why).
+// any memory limit. Views without maps, and those of which a file is damaged, are left out with a warning,
+// as if they had never been there. Memory: maps as the options say, a bit for each pixel of all views; points
+// go to the file as they come. Throws Error if there are no maps, or if nothing is consistent (with the
+// counts of why).
 CloudSummary FuseCloud(const std::filesystem::path& dense, const std::filesystem::path& cloud_ply,
                        const FusionOptions& options, Progress& progress);
 CloudSummary FuseCloud(const Workspace& workspace, const std::filesystem::path& cloud_ply,

@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/image_io.h"
+#include "core/parallel.h"
 #include "demosaic/stokes.h"
 #include "stereo/map_io.h"
 
@@ -108,20 +109,50 @@ MapCache::MapCache(const Workspace& workspace, std::string kind, bool masks, std
   maps_.resize(workspace.views.size());
 }
 
-std::shared_ptr<const ViewMaps> MapCache::Get(int view) {
-  auto& maps = maps_[std::size_t(view)];
-  recent_.remove(view);
-  recent_.push_front(view);
-  if (!maps) {
-    maps = std::make_shared<ViewMaps>(LoadViewMaps(workspace_, view, kind_, masks_));
-    bytes_ += maps->Bytes();
-    Shrink();
+MapCache::Entry MapCache::Load(int view) const {
+  try {
+    return {std::make_shared<ViewMaps>(LoadViewMaps(workspace_, view, kind_, masks_)), ""};
+  } catch (const Error& error) {
+    return {nullptr, error.what()};
   }
-  return maps_[std::size_t(view)];
 }
 
-void MapCache::Shrink() {
-  while (bytes_ > limit_bytes_ && recent_.size() > 1) {
+std::vector<MapCache::Entry> MapCache::Get(const std::vector<int>& views) {
+  std::size_t ahead = 0;  // bytes still to read: they are given way first
+  for (int view : views) {
+    const Pinhole& camera = workspace_.views[std::size_t(view)].camera;
+    if (maps_[std::size_t(view)]) {
+      Use(view);
+    } else {
+      ahead += std::size_t(camera.width) * std::size_t(camera.height) * ViewMaps::kBytesPerPixel;
+    }
+  }
+  ShrinkTo(limit_bytes_ - std::min(limit_bytes_, ahead));
+  std::vector<Entry> entries(views.size());
+  ParallelFor(0, int(views.size()), [&](int i) {
+    const int view = views[std::size_t(i)];
+    const auto& kept = maps_[std::size_t(view)];
+    entries[std::size_t(i)] = kept ? Entry{kept, ""} : Load(view);
+  });
+  for (std::size_t i = 0; i < views.size(); ++i)
+    if (entries[i].maps) Keep(views[i], entries[i].maps);
+  ShrinkTo(limit_bytes_);
+  return entries;
+}
+
+void MapCache::Use(int view) {
+  recent_.remove(view);
+  recent_.push_front(view);
+}
+
+void MapCache::Keep(int view, const std::shared_ptr<const ViewMaps>& maps) {
+  if (!maps_[std::size_t(view)]) bytes_ += maps->Bytes();
+  maps_[std::size_t(view)] = maps;
+  Use(view);
+}
+
+void MapCache::ShrinkTo(std::size_t bytes) {
+  while (bytes_ > bytes && !recent_.empty()) {
     auto& oldest = maps_[std::size_t(recent_.back())];
     bytes_ -= oldest->Bytes();
     oldest.reset();

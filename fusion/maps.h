@@ -23,7 +23,8 @@ struct ViewMaps {
   Image<float> dop;
   std::size_t pixels_with_depth = 0, pixels_masked = 0, pixels_without_normal = 0;
 
-  std::size_t Bytes() const { return depth.size() * (sizeof(float) * 5 + sizeof(Rgb8)); }
+  static constexpr std::size_t kBytesPerPixel = 5 * sizeof(float) + sizeof(Rgb8);
+  std::size_t Bytes() const { return depth.size() * kBytesPerPixel; }
 };
 
 // "geometric" if any view has a geometric depth map, else "photometric". Throws Error if there are no maps at
@@ -35,14 +36,24 @@ bool HasMaps(const Workspace& workspace, int view, const std::string& kind);
 // another size than its partner.
 ViewMaps LoadViewMaps(const Workspace& workspace, int view, const std::string& kind, bool masks);
 
-// The maps of the views used last, up to a limit of bytes (at least the view asked for). One thread only.
+// The maps of the views used last, up to a limit of bytes (at least those asked for together). To be used by
+// one thread; it reads files with several.
 class MapCache {
  public:
+  // A view's maps, or why there are none.
+  struct Entry {
+    std::shared_ptr<const ViewMaps> maps;
+    std::string damage;
+  };
+
   MapCache(const Workspace& workspace, std::string kind, bool masks, std::size_t limit_bytes);
-  std::shared_ptr<const ViewMaps> Get(int view);
+  std::vector<Entry> Get(const std::vector<int>& views);
 
  private:
-  void Shrink();
+  Entry Load(int view) const;
+  void Use(int view);
+  void Keep(int view, const std::shared_ptr<const ViewMaps>& maps);
+  void ShrinkTo(std::size_t bytes);
 
   const Workspace& workspace_;
   std::string kind_;

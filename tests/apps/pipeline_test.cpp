@@ -136,6 +136,29 @@ TEST_F(Pipeline, MakesACloudNearTheTruth) {
   EXPECT_LT(errors.at("maps").at("mean").at("normal_degrees").at("median"), 25.0);
 }
 
+TEST_F(Pipeline, ADamagedMapIsLeftOutCountedAndRepaired) {
+  const fs::path scan = Folder("scan"), other = Folder("other");
+  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
+  fs::copy(scan, other, fs::copy_options::recursive);
+  const fs::path map = scan / "dense/stereo/depth_maps/000003.png.geometric.bin";
+  fs::resize_file(map, fs::file_size(map) / 2);
+  fs::remove(scan / "cloud.ply");
+  const std::vector<std::string> fuse = {"--json", "fuse", scan.string(), "--fusion-min-views", "2"};
+  for (int times = 0; times < 2; ++times) {  // it is not done until all views are in
+    const Outcome damaged = RunPolarscan(fuse);
+    EXPECT_EQ(damaged.exit_code, kDataLost) << damaged.err;
+    EXPECT_NE(damaged.err.find(map.string()), std::string::npos) << damaged.err;
+    EXPECT_EQ(json::parse(damaged.out).at("damaged_views"), json::array({"000003"}));
+    EXPECT_EQ(json::parse(damaged.out).at("views"), 7);
+  }
+  std::vector<std::string> repair = fuse;
+  repair.push_back("--repair");
+  const Outcome repaired = RunPolarscan(repair);
+  ASSERT_EQ(repaired.exit_code, 0) << repaired.err;
+  EXPECT_EQ(json::parse(repaired.out).at("damaged"), 0);
+  ExpectSameResults(scan, other);
+}
+
 TEST_F(Pipeline, OneThreadAndTwoThreadsGiveTheSameBytes) {
   ASSERT_EQ(RunPolarscan(Command(Folder("one"), {"--threads", "1"})).exit_code, 0);
   ASSERT_EQ(RunPolarscan(Command(Folder("two"), {"--threads", "2"})).exit_code, 0);

@@ -9,7 +9,11 @@
 
 #include "core/files.h"
 #include "core/image_io.h"
+#include "core/mesh.h"
+#include "fusion/cloud.h"
 #include "program.h"
+#include "report_data.h"
+#include "tests/fusion/sphere_scene.h"
 #include "toy_scan.h"
 
 namespace polarscan::test {
@@ -17,35 +21,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kWidth = 1280, kHeight = 1000;
-
-std::string Decode(const std::string& base64) {
-  std::array<int, 256> digit{};
-  const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  for (std::size_t i = 0; i < 64; ++i) digit[std::uint8_t(digits[i])] = int(i);
-  std::string bytes;
-  for (std::size_t i = 0; i + 3 < base64.size(); i += 4) {
-    unsigned word = 0;
-    for (std::size_t k = 0; k < 4; ++k) word = word << 6 | unsigned(digit[std::uint8_t(base64[i + k])]);
-    for (std::size_t k = 0; k < 3; ++k)
-      if (base64[i + k + 1] != '=') bytes += char(word >> (16 - 8 * k) & 255);
-  }
-  return bytes;
-}
-
-// What lies between the tag that holds `id="ID">` and the next "</".
-std::string Inside(const std::string& html, const std::string& id) {
-  const std::string tag = "id=\"" + id + "\">";
-  const std::size_t begin = html.find(tag) + tag.size();
-  return html.substr(begin, html.find("</", begin) - begin);
-}
-
-nlohmann::json DataOf(const std::string& html) { return nlohmann::json::parse(Inside(html, "data")); }
-
-std::string Report(const fs::path& scan) {
-  const Outcome outcome = RunPolarscan({"report", scan.string()});
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  return ReadFile(scan / "report.html");
-}
 
 struct Shown {
   Picture picture;  // kWidth x kHeight
@@ -58,8 +33,9 @@ Shown Show(const fs::path& html, const std::string& address) {
   const fs::path shot = folder / "shot.png";
   const Outcome outcome =
       Process({"chromium", "--headless", "--no-sandbox", "--use-angle=swiftshader",
-               "--enable-unsafe-swiftshader", "--hide-scrollbars", "--virtual-time-budget=2000",
-               "--user-data-dir=" + (folder / "profile").string(), "--enable-logging=stderr", "--v=0",
+               "--enable-unsafe-swiftshader", "--hide-scrollbars", "--force-prefers-reduced-motion",
+               "--virtual-time-budget=2000", "--user-data-dir=" + (folder / "profile").string(),
+               "--enable-logging=stderr", "--v=0",
                "--window-size=" + std::to_string(kWidth) + "," + std::to_string(kHeight),
                "--screenshot=" + shot.string(), "--dump-dom", "file://" + html.string() + "#" + address})
           .Wait(140);
@@ -83,6 +59,14 @@ double ShareChanged(const Picture& a, const Picture& b) {
   return double(changed) / all;
 }
 
+// What an attribute of the page's root says.
+std::string RootAttribute(const std::string& dom, const std::string& name) {
+  const std::size_t at = dom.find("data-" + name + "=\"");
+  if (at == std::string::npos) return "(nothing)";
+  const std::size_t begin = dom.find('"', at) + 1;
+  return dom.substr(begin, dom.find('"', begin) - begin);
+}
+
 class Report3d : public testing::Test {
  protected:
   void SetUp() override {
@@ -98,8 +82,11 @@ class Report3d : public testing::Test {
 TEST(Report, IsOneFileThatNeedsNoOther) {
   TemporaryFolder folder;
   WriteToyScan(folder / "scan", 3);
-  const std::string html = Report(folder / "scan");
+  std::string html = Report(folder / "scan");
   EXPECT_LT(html.size(), 30'000'000u);
+  const std::string xml_namespace = "http://www.w3.org/2000/svg";  // a name that nothing is loaded from
+  for (std::size_t at; (at = html.find(xml_namespace)) != std::string::npos;)
+    html.erase(at, xml_namespace.size());
   for (const char* word :
        {"http://", "https://", "//cdn", "@import", "<script src", "<link rel=\"stylesheet"})
     EXPECT_EQ(html.find(word), std::string::npos) << word;
@@ -202,6 +189,27 @@ TEST(Report, ADamagedMapOrCloudIsNamedAndStopsNothing) {
   EXPECT_TRUE(data.at("views")[0].at("pictures").contains("depth"));
 }
 
+TEST(Report, HoldsAnEvaluationOfThisCloudAndNoOther) {
+  TemporaryFolder folder;
+  const fs::path scan = folder / "scan";
+  WriteToyScan(scan, 3);
+  WriteMesh(folder / "ball.ply", SphereMesh(200));
+  const Outcome outcome = RunPolarscan({"evaluate", scan.string(), "--truth", (folder / "ball.ply").string(),
+                                        "--crop", "0.2", "--samples", "20000"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  for (const char* name : {"depth/ball00.png", "normal/ball02.png", "depth.svg", "normals.svg", "cloud.svg"})
+    EXPECT_TRUE(fs::exists(scan / "evaluation" / name)) << name;
+  const nlohmann::json data = DataOf(Report(scan));
+  EXPECT_LT(data.at("evaluation").at("cloud").at("accuracy").at("median"), 1e-3);
+  EXPECT_EQ(data.at("cloud").at("layers").back().at("key"), "error");
+  EXPECT_TRUE(data.at("views")[0].at("pictures").contains("normal_error"));
+  std::vector<CloudPoint> points(100, {{1, 0, 0}, {1, 0, 0}, {1, 2, 3}, 0, 1, 3});
+  WriteCloud(scan / "cloud.ply", points);
+  const nlohmann::json later = DataOf(Report(scan));
+  EXPECT_TRUE(later.at("evaluation").is_null());
+  EXPECT_NE(later.at("notes").dump().find("earlier cloud"), std::string::npos);
+}
+
 TEST_F(Report3d, ShowsTheCloudAndReportsNoError) {
   Report(scan());
   const Shown shown = Show(scan() / "report.html", "theme=light");
@@ -236,30 +244,30 @@ const point = (type, id, x, y, buttons = 1, button = 0) => canvas.dispatchEvent(
   pointerId: id, clientX: canvas.getBoundingClientRect().x + x, clientY: canvas.getBoundingClientRect().y + y, buttons, button }));
 const key = (name, shiftKey = false) => canvas.dispatchEvent(new KeyboardEvent("keydown", { key: name, shiftKey }));
 viewer.paint();
-const yaw = viewer.yaw, distance = viewer.distance;
+const yaw = viewer.eye.yaw, distance = viewer.eye.distance;
 point("pointerdown", 1, 300, 200); point("pointermove", 1, 360, 200); point("pointerup", 1, 360, 200);
-found.drag_right_turns_right = viewer.yaw < yaw && near(viewer.distance, distance);
-const at = viewer.project(viewer.center), buttons = 2;
+found.drag_right_turns_right = viewer.eye.yaw < yaw && near(viewer.eye.distance, distance);
+const at = viewer.eye.project(viewer.eye.scene.center), buttons = 2;
 point("pointerdown", 1, 300, 200, 2, 2); point("pointermove", 1, 340, 170, 2, 2); point("pointerup", 1, 340, 170, 0, 2);
 viewer.paint();
-const moved = viewer.project(viewer.center);
+const moved = viewer.eye.project(viewer.eye.scene.center);
 found.right_drag_moves_with_the_hand = Math.abs(moved[0] - at[0] - 40) < 3 && Math.abs(moved[1] - at[1] + 30) < 3;
 canvas.dispatchEvent(new WheelEvent("wheel", { deltaY: -100, cancelable: true }));
-found.wheel_up_comes_nearer = viewer.distance < distance;
-const before = viewer.distance;
+found.wheel_up_comes_nearer = viewer.eye.distance < distance;
+const before = viewer.eye.distance;
 point("pointerdown", 1, 300, 200); point("pointerdown", 2, 400, 200); point("pointermove", 2, 500, 200);
-found.spreading_fingers_halves_the_distance = near(viewer.distance, before / 2);
+found.spreading_fingers_halves_the_distance = near(viewer.eye.distance, before / 2);
 point("pointerup", 1, 300, 200); point("pointerup", 2, 500, 200);
-viewer.goHome(); viewer.paint();
-const c = viewer.cameras[5], place = viewer.project(c.center);
+Object.assign(viewer.eye, viewer.eye.home); viewer.paint();
+const c = viewer.frusta.cameras[5], place = viewer.eye.project(c.center);
 viewer.on.select(0);
 point("pointerdown", 1, place[0], place[1]); point("pointerup", 1, place[0], place[1], 0);
 found.click_selects_a_camera = state.view === 5 && byId("selected-name").textContent === data.views[5].name;
 key("n"); found.n_is_the_next_camera = state.view === 0;
 key("p"); found.p_is_the_one_before = state.view === 5;
-const far = viewer.distance; key("+"); found.plus_comes_nearer = viewer.distance < far;
-const pitch = viewer.pitch; key("ArrowUp"); found.arrow_up_looks_from_above = viewer.pitch > pitch;
-const target = viewer.target; key("ArrowLeft", true); found.shift_arrow_moves = viewer.target !== target;
+const far = viewer.eye.distance; key("+"); found.plus_comes_nearer = viewer.eye.distance < far;
+const pitch = viewer.eye.pitch; key("ArrowUp"); found.arrow_up_looks_from_above = viewer.eye.pitch > pitch;
+const target = viewer.eye.target; key("ArrowLeft", true); found.shift_arrow_moves = viewer.eye.target !== target;
 document.documentElement.dataset.hands = Object.entries(found).filter(([, right]) => !right).map(([name]) => name).join(" ") || "all right";
 </script>)";
 
@@ -269,9 +277,72 @@ TEST_F(Report3d, HandsAndKeysTurnMoveZoomAndSelect) {
   WriteFileAtomically(scan() / "hands.html", html);
   const Shown shown = Show(scan() / "hands.html", "");
   EXPECT_EQ(shown.console, "");
-  const std::size_t at = shown.dom.find("data-hands=\"");
-  ASSERT_NE(at, std::string::npos);
-  EXPECT_EQ(shown.dom.substr(at + 12, shown.dom.find('"', at + 12) - at - 12), "all right");
+  EXPECT_EQ(RootAttribute(shown.dom, "hands"), "all right");
+}
+
+// What a script finds that switches layers and shapes, opens a camera, and follows what to shoot next.
+constexpr const char* kLayers = R"(<script>
+const found = {}, button = (box, key) => [...byId(box).children].find((each) => each.dataset.key === key);
+const colours = () => {
+  const gl = viewer.gl, bytes = new Uint8Array(4 * 400);
+  gl.bindBuffer(gl.ARRAY_BUFFER, viewer.layers[viewer.shape].colours);
+  gl.getBufferSubData(gl.ARRAY_BUFFER, 0, bytes);
+  return bytes.join();
+};
+const keys = [...byId("colours").children].map((each) => each.dataset.key);
+found.all_layers_are_there = keys.join() === "colour,normal,dop,confidence,views,error";
+const seen = new Set(), on_mesh = new Set();
+for (const key of keys) { button("colours", key).click(); seen.add(colours()); }
+found.every_layer_looks_different = seen.size === keys.length;
+button("shapes", "mesh").click();
+found.the_mesh_is_shown = viewer.shape === "mesh" && button("shapes", "mesh").getAttribute("aria-pressed") === "true";
+for (const key of keys.slice(1)) { button("colours", key).click(); on_mesh.add(colours()); }
+found.the_mesh_has_the_layers = on_mesh.size === keys.length - 1;
+const key = (name) => byId("canvas").dispatchEvent(new KeyboardEvent("keydown", { key: name }));
+key("m"); found.m_goes_back_to_the_points = viewer.shape === "cloud";
+key("c"); found.c_is_the_next_colour = state.colour === "colour";
+document.querySelector("#sky .camera[data-view='3']").dispatchEvent(new MouseEvent("click", { bubbles: true }));
+found.a_camera_opens = byId("selected-name").textContent === data.views[3].name;
+const strip = [...document.querySelectorAll("#selected .strip button")].map((each) => each.textContent);
+found.with_its_maps = ["S0", "Depth", "Normal", "Depth error"].every((label) => strip.includes(label));
+const gap = data.findings.list.findIndex((each) => each.kind === "coverage" && each.from);
+document.querySelectorAll("#findings li")[gap].querySelector("button").click();
+setTimeout(() => {
+  found.show_me_looks_from_there = dot(viewer.eye.axes().back, unit(data.findings.list[gap].from)) > 0.99;
+  found.curves_are_drawn = document.querySelectorAll("#curves svg").length === 3;
+  document.documentElement.dataset.layers = Object.entries(found).filter(([, right]) => !right).map(([name]) => name).join(" ") || "all right";
+}, 900);
+</script>)";
+
+TEST_F(Report3d, LayersMeshCamerasAndSuggestionsAnswer) {
+  WriteMesh(scan() / "mesh.ply", SphereMesh(30));
+  const Outcome outcome =
+      RunPolarscan({"evaluate", scan().string(), "--truth", (scan() / "mesh.ply").string(), "--crop", "0.2",
+                    "--samples", "20000"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  std::string html = Report(scan());
+  html.insert(html.rfind("</body>"), kLayers);
+  WriteFileAtomically(scan() / "layers.html", html);
+  const Shown shown = Show(scan() / "layers.html", "");
+  EXPECT_EQ(shown.console, "");
+  EXPECT_EQ(RootAttribute(shown.dom, "layers"), "all right");
+}
+
+TEST_F(Report3d, ComparisonOfTwoScansShowsBoth) {
+  WriteMesh(scan() / "mesh.ply", SphereMesh(30));
+  fs::copy(scan(), scan().parent_path() / "other", fs::copy_options::recursive);
+  const fs::path page = scan().parent_path() / "compare.html";
+  const Outcome outcome = RunPolarscan(
+      {"evaluate", scan().string(), (scan().parent_path() / "other").string(), "--truth",
+       (scan() / "mesh.ply").string(), "--crop", "0.2", "--samples", "20000", "--html", page.string()});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("Comp. (x10^-2)"), std::string::npos) << outcome.err;
+  const Shown shown = Show(page, "");
+  EXPECT_EQ(shown.console, "");
+  EXPECT_EQ(RootAttribute(shown.dom, "ready"), "yes");
+  std::size_t pictures = 0;
+  for (std::size_t at = 0; (at = shown.dom.find("<figure>", at)) != std::string::npos; ++at) ++pictures;
+  EXPECT_EQ(pictures, 12u);  // of six views each
 }
 
 TEST_F(Report3d, SaysInWordsWhatTheScanDoesNotHave) {

@@ -158,6 +158,20 @@ TEST(Statistics, MissingPixelsCountWithThePenalty) {
   EXPECT_DOUBLE_EQ(r["over_all"]["within"]["0.1"], 0.4);
 }
 
+TEST(Statistics, TheCurveOfEvenlySpacedErrorsIsALine) {
+  std::vector<double> errors;
+  for (int i = 0; i < 1000; ++i) errors.push_back((i + 0.5) / 1000);
+  ErrorCurve curve(0.5);
+  curve.Add(errors);
+  const json whole = curve.ToJson();
+  EXPECT_EQ(whole["end"], 0.5);
+  ASSERT_EQ(whole["shares"].size(), 101u);
+  for (std::size_t i = 0; i <= 100; ++i) EXPECT_NEAR(whole["shares"][i], 0.005 * double(i), 1e-12);
+  curve.AddMissing(1000);
+  EXPECT_NEAR(curve.ToJson()["shares"][100], 0.25, 1e-12);
+  EXPECT_TRUE(ErrorCurve(1).ToJson().is_null());
+}
+
 TEST(Statistics, ThresholdListsAreParsedAndBadOnesRefused) {
   EXPECT_EQ(ParseThresholds("0.5, 1 2", 10), (std::vector<double>{5, 10, 20}));
   for (const char* bad : {"", "a", "1,,x", "0", "-1", "1;2"})
@@ -290,6 +304,29 @@ TEST_F(MapErrors, OfMissingPixelsAreThePenalty) {
   EXPECT_NEAR(missing, 0.5, 0.05);
   EXPECT_NEAR(mean["normal_degrees"]["over_all"]["mean"], 90 * missing, 0.1);
   EXPECT_NEAR(mean["depth"]["over_all"]["mean"], 0.05 * missing, 3e-4);
+}
+
+TEST_F(MapErrors, AreGivenPixelByPixelAndAsACurve) {
+  WriteSphere(workspace_, [](int, SphereMaps& maps) {
+    for (float& depth : maps.depth.pixels())
+      if (depth > 0) depth += 0.015f;
+    for (int x = 0; x < 80; ++x) maps.depth(x, 60) = 0;
+  });
+  Progress progress;
+  std::vector<std::string> views;
+  const json report = EvaluateMaps(workspace_, {}, truth_, {}, progress,
+                                   [&](const std::string& view, const ErrorMaps& errors) {
+                                     views.push_back(view);
+                                     EXPECT_TRUE(std::isnan(errors.depth(0, 0)));    // beside the sphere
+                                     EXPECT_TRUE(std::isinf(errors.depth(70, 60)));  // missing
+                                     EXPECT_NEAR(errors.depth(90, 60), 0.015, 2e-4);
+                                     EXPECT_LT(errors.normal_deg(90, 60), 0.5);
+                                   });
+  EXPECT_EQ(views, (std::vector<std::string>{"v100", "v101", "v102"}));
+  const json& curve = report["curves"]["depth"];
+  EXPECT_EQ(curve["end"], 0.02);
+  EXPECT_LT(curve["shares"][74], 0.02);  // below 0.0148
+  EXPECT_NEAR(curve["shares"][76], report["mean"]["completeness"], 0.02);
 }
 
 TEST_F(MapErrors, DoNotChangeWithTheFrameOfTheScan) {

@@ -2,6 +2,7 @@
 #include "fusion/fuse.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <tbb/global_control.h>
 
 #include "core/ply.h"
@@ -146,6 +147,28 @@ TEST(Fusion, OneAndTwoThreadsAndAnyMemoryGiveTheSameBytes) {
   EXPECT_EQ(one, fuse(2, 0));
 }
 
+long PeakKb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_maxrss;
+}
+
+// 120 views take 53 MB as maps and the points 20 MB; the limit leaves room for the 13 views that a pixel
+// asks.
+TEST(Fusion, MemoryIsBoundedByItsLimitAndNotByTheNumberOfViews) {
+  TemporaryFolder folder;
+  const Workspace workspace = SphereWorkspace(folder.path(), 120);  // more than six times around
+  WriteSphere(workspace);
+  FusionOptions options;
+  options.memory_gb = 0.006;
+  options.check_views = 12;
+  Progress progress;
+  const long before = PeakKb();
+  const CloudSummary summary = FuseCloud(workspace, folder.path() / "cloud.ply", options, progress);
+  EXPECT_GT(summary.counts.with_depth, 1'000'000u);
+  EXPECT_LT(PeakKb() - before, 25'000);
+}
+
 TEST(Fusion, TheCloudBeginsWithTheStandardNineProperties) {
   TemporaryFolder folder;
   WriteCloud(folder.path() / "c.ply", {{{1, 2, 3}, {0, 0, 1}, {10, 20, 30}, 0.25f, 0.5f, 300}}, "hello");
@@ -203,13 +226,31 @@ TEST(Fusion, NothingConsistentIsExplainedWithCounts) {
   EXPECT_FALSE(fs::exists(folder.path() / "cloud.ply"));
 }
 
-TEST(Fusion, ATruncatedMapIsNamed) {
+TEST(Fusion, ADamagedViewIsNamedAndLeftOutAsIfItWereNotThere) {
   TemporaryFolder folder;
-  const Workspace workspace = SphereWorkspace(folder.path(), 4);
+  const Workspace workspace = SphereWorkspace(folder.path(), 6);
   WriteSphere(workspace);
   const fs::path damaged = workspace.NormalPath(2, "geometric");
   fs::resize_file(damaged, fs::file_size(damaged) - 100);
-  EXPECT_NE(WhatFusionThrows(workspace).find(damaged.string()), std::string::npos);
+  FusionOptions options;
+  options.check_views = 3;  // the damaged view takes nobody's place
+  Listener listener;
+  const CloudSummary summary = FuseCloud(workspace, folder.path() / "cloud.ply", options, listener);
+  EXPECT_EQ(summary.damaged, std::vector<std::string>{"v102"});
+  EXPECT_EQ(summary.views, 5);
+  EXPECT_NE(listener.warnings.find(damaged.string()), std::string::npos) << listener.warnings;
+  fs::remove(workspace.DepthPath(2, "geometric"));
+  FuseCloud(workspace, folder.path() / "without.ply", options, listener);
+  EXPECT_EQ(ReadFile(folder.path() / "cloud.ply"), ReadFile(folder.path() / "without.ply"));
+}
+
+TEST(Fusion, NoSoundMapAtAllIsAnErrorThatLeavesNoCloud) {
+  TemporaryFolder folder;
+  const Workspace workspace = SphereWorkspace(folder.path(), 3);
+  WriteSphere(workspace);
+  for (int i = 0; i < 3; ++i) fs::resize_file(workspace.DepthPath(i, "geometric"), 30);
+  EXPECT_NE(WhatFusionThrows(workspace).find("nothing to fuse"), std::string::npos);
+  EXPECT_FALSE(fs::exists(folder.path() / "cloud.ply"));
 }
 
 TEST(Fusion, NoMapsAtAllSendsTheUserToStereo) {

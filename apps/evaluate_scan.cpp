@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/evaluate_scan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "apps/evaluation_files.h"
+#include "apps/evaluation_pictures.h"
+#include "apps/report_util.h"
+#include "core/error.h"
+#include "core/files.h"
+#include "fusion/alignment.h"
+#include "fusion/cloud.h"
+#include "fusion/thresholds.h"
+
+namespace polarscan {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+std::vector<DenseView> Cameras(const SparseModel& model) {
+  std::vector<DenseView> views;
+  for (const auto& [id, image] : model.images)
+    views.push_back(
+        {image.name, ToPinhole(model.cameras.at(image.camera_id)), image.cam_from_world, 0, 0, {}});
+  return views;
+}
+
+std::vector<DenseView> Moved(std::vector<DenseView> views, const Similarity& similarity) {
+  for (DenseView& view : views) view.cam_from_world = similarity(view.cam_from_world);
+  return views;
+}
+
+// Mean errors; infinite where anything is missing.
+Image<float> ShrinkErrors(const Image<float>& errors, int longest) {
+  const auto [width, height] = FitSize(errors.width(), errors.height(), longest);
+  return Shrink(errors, width, height, std::numeric_limits<float>::quiet_NaN(),
+                [&](int x, int y) { return !std::isnan(errors(x, y)); });
+}
+
+// One run over one input.
+class Evaluation {
+ public:
+  Evaluation(const EvaluateArguments& arguments, const Truth& truth, int picture_px, Progress& progress)
+      : arguments_(arguments), truth_(truth), picture_px_(picture_px), progress_(progress) {
+    const EvaluateOptions& o = arguments.options;
+    const double unit = o.unit > 0 ? o.unit : ObjectUnit(truth.object());
+    limits_ = {std::ranges::max(ParseThresholds(o.depth_thresholds, unit)),
+               std::ranges::max(ParseThresholds(o.normal_thresholds_deg, 1))};
+  }
+
+  Evaluated Run(const fs::path& input) {
+    if (!fs::is_directory(input)) {
+      const auto cameras =
+          arguments_.poses.empty() ? std::vector<DenseView>() : Cameras(ReadSparseModel(arguments_.poses));
+      Cloud(input, {}, cameras);
+    } else if (fs::exists(input / "dense/views.json")) {
+      if (arguments_.keep && arguments_.cloud.empty()) OpenFiles(input);
+      Scan(input, input / "dense");
+    } else {
+      Scan(input, input);
+    }
+    done_.result["input"] = input.string();
+    done_.result["truth"] = arguments_.truth.string();
+    Keep([&] { files_->Finish(done_.result); });
+    return std::move(done_);
+  }
+
+ private:
+  void OpenFiles(const fs::path& scan) {
+    try {
+      files_.emplace(scan);
+    } catch (const std::exception& error) {
+      progress_.Warn(fmt::format("the result is not kept in the scan: {}", error.what()));
+    }
+  }
+
+  // What write() cannot leave in the scan is no reason to lose the figures.
+  template <class Write>
+  void Keep(Write&& write) {
+    if (!files_) return;
+    try {
+      write();
+    } catch (const Error& error) {
+      progress_.Warn(fmt::format("the result is not kept in the scan: {}", error.what()));
+      files_.reset();
+    }
+  }
+
+  void Scan(const fs::path& input, const fs::path& dense) {
+    const Workspace workspace = ReadWorkspace(dense);
+    Similarity truth_from_scan;
+    if (arguments_.align && !arguments_.poses.empty()) {
+      const Alignment alignment = AlignCameras(Poses(workspace), Poses(ReadSparseModel(arguments_.poses)));
+      truth_from_scan = alignment.truth_from_scan;
+      done_.result["alignment"] = ToJson(alignment);
+    } else {
+      progress_.Info("no true poses: the scan is compared in its own frame");
+    }
+    if (arguments_.maps) Maps(workspace, truth_from_scan);
+    const fs::path cloud = arguments_.cloud.empty() ? input / "cloud.ply" : arguments_.cloud;
+    if (fs::exists(cloud) || !arguments_.cloud.empty())
+      Cloud(cloud, truth_from_scan, Moved(workspace.views, truth_from_scan));
+  }
+
+  void Maps(const Workspace& workspace, const Similarity& truth_from_scan) {
+    const auto sink = [&](const std::string& view, const ErrorMaps& errors) {
+      Keep([&] { files_->AddView(view, errors, limits_); });
+      if (picture_px_ <= 0) return;
+      const auto picture = [&](const Image<float>& map, double limit) {
+        return map.empty() ? Image<Rgb8>() : ErrorPicture(ShrinkErrors(map, picture_px_), limit);
+      };
+      done_.pictures.push_back(
+          {view, picture(errors.depth, limits_.depth), picture(errors.normal_deg, limits_.normal_deg)});
+    };
+    done_.result["pictures"] = {{"depth", limits_.depth}, {"normal", limits_.normal_deg}};
+    done_.result["maps"] =
+        EvaluateMaps(workspace, truth_from_scan, truth_, arguments_.options, progress_, sink);
+  }
+
+  void Cloud(const fs::path& cloud, const Similarity& truth_from_scan,
+             const std::vector<DenseView>& cameras) {
+    CloudPositions positions = ReadCloudPositions(cloud);
+    if (positions.not_finite > 0)
+      progress_.Warn(fmt::format("{} points without a finite position are left out: {}", positions.not_finite,
+                                 cloud.string()));
+    for (Eigen::Vector3d& p : positions.points) p = truth_from_scan * p;
+    const auto sink = [&](const std::vector<double>& errors) {
+      if (positions.not_finite == 0) Keep([&] { files_->AddCloud(positions.points, errors); });
+    };
+    done_.result["cloud"] = EvaluateCloud(positions.points, cameras, truth_, arguments_.options,
+                                          arguments_.seed, progress_, sink);
+    done_.result["cloud_hash"] = ToHex(HashFile(cloud));
+  }
+
+  const EvaluateArguments& arguments_;
+  const Truth& truth_;
+  int picture_px_;
+  Progress& progress_;
+  ErrorLimits limits_;
+  std::optional<EvaluationFiles> files_;
+  Evaluated done_;
+};
+
+}  // namespace
+
+Evaluated EvaluateInput(const fs::path& input, const EvaluateArguments& arguments, const Truth& truth,
+                        int picture_px, Progress& progress) {
+  return Evaluation(arguments, truth, picture_px, progress).Run(input);
+}
+
+}  // namespace polarscan

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "core/image.h"
+#include "core/progress.h"
+#include "fusion/evaluate.h"
+
+namespace polarscan {
+
+// What evaluate's command line says.
+struct EvaluateArguments {
+  std::vector<std::filesystem::path> inputs;  // scans, dense workspaces, clouds
+  std::filesystem::path truth, poses, cloud, html;
+  std::vector<std::filesystem::path> surroundings;
+  bool align = true, maps = true, keep = true;
+  EvaluateOptions options;
+  std::uint64_t seed = 0;
+};
+
+// Errors of one view as pictures for a page.
+struct ErrorPictures {
+  std::string view;
+  Image<Rgb8> depth, normal;  // normal: empty if the view has none
+};
+
+struct Evaluated {
+  nlohmann::json result;  // docs/evaluate.md
+  std::vector<ErrorPictures> pictures;
+};
+
+// Compares one input with the truth. A scan keeps the result in its folder evaluation/
+// (apps/evaluation_files.h) unless arguments.keep is false; where it cannot be written to, that is a warning.
+// Pictures are made, at most `picture_px` wide and high, if that is above 0.
+Evaluated EvaluateInput(const std::filesystem::path& input, const EvaluateArguments& arguments,
+                        const Truth& truth, int picture_px, Progress& progress);
+
+}  // namespace polarscan

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/evaluation_files.h"
+
+#include "apps/evaluation_pictures.h"
+#include "apps/evaluation_plots.h"
+#include "core/files.h"
+#include "core/image_io.h"
+#include "fusion/cloud.h"
+
+namespace fs = std::filesystem;
+
+namespace polarscan {
+
+EvaluationFiles::EvaluationFiles(const fs::path& scan) : folder_(EvaluationFolder(scan)) {
+  fs::remove_all(folder_);
+  CreateFolder(folder_);
+}
+
+void EvaluationFiles::AddView(const std::string& view, const ErrorMaps& errors, const ErrorLimits& limits) {
+  WritePng(DepthErrorPath(folder_, view), ErrorPicture(errors.depth, limits.depth));
+  if (!errors.normal_deg.empty())
+    WritePng(NormalErrorPath(folder_, view), ErrorPicture(errors.normal_deg, limits.normal_deg));
+}
+
+void EvaluationFiles::AddCloud(const std::vector<Eigen::Vector3d>& points,
+                               const std::vector<double>& errors) {
+  WriteCloudErrors(CloudErrorsPath(folder_), points, errors);
+}
+
+void EvaluationFiles::Finish(const nlohmann::json& evaluation) {
+  for (const CurveDrawing& drawing : DrawCurves({{"", evaluation}}))
+    WriteFileAtomically(folder_ / (drawing.key + ".svg"), drawing.svg);
+  WriteJson(EvaluationJsonPath(folder_), evaluation);
+}
+
+}  // namespace polarscan

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/report_mesh.h"
+
+#include <meshoptimizer.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "apps/report_util.h"
+#include "core/error.h"
+#include "core/mesh.h"
+#include "core/ply.h"
+#include "fusion/surface.h"
+
+namespace polarscan {
+namespace {
+
+using Indices = std::vector<std::uint32_t>;
+
+struct ColouredMesh {
+  TriangleMesh mesh;         // display frame
+  std::vector<Rgb8> colour;  // of the vertices; empty if the file has none
+};
+
+std::vector<Rgb8> ReadColours(const std::filesystem::path& ply) {
+  PlyFile file = ReadPly(ply);
+  auto& columns = file["vertex"].columns;
+  for (const char* name : {"red", "green", "blue"})
+    if (!columns.contains(name)) return {};
+  const auto byte = [&](const char* name, std::size_t i) {
+    return std::uint8_t(std::clamp(columns[name][i], 0., 255.));
+  };
+  std::vector<Rgb8> colours;
+  for (std::size_t i = 0; i < columns["red"].size(); ++i)
+    colours.push_back({byte("red", i), byte("green", i), byte("blue", i)});
+  return colours;
+}
+
+ColouredMesh Read(const std::filesystem::path& ply, const Eigen::Matrix3d& display_from_world) {
+  ColouredMesh read{ReadMesh(ply), ReadColours(ply)};
+  if (read.mesh.triangles.empty()) throw Error("the mesh has no faces", ply.string());
+  for (Eigen::Vector3d& v : read.mesh.vertices) v = display_from_world * v;
+  for (Eigen::Vector3d& n : read.mesh.normals) n = display_from_world * n;
+  return read;
+}
+
+// Three indices a triangle. Where simplification that keeps the topology does not get there, one that does
+// not.
+Indices Simplify(const TriangleMesh& mesh, std::size_t max_faces) {
+  Indices all;
+  for (const auto& t : mesh.triangles) all.insert(all.end(), t.begin(), t.end());
+  if (mesh.triangles.size() <= max_faces) return all;
+  std::vector<float> places;
+  for (const Eigen::Vector3d& v : mesh.vertices)
+    places.insert(places.end(), {float(v.x()), float(v.y()), float(v.z())});
+  constexpr std::size_t kStride = 3 * sizeof(float);
+  constexpr float kAnyError = 1;
+  Indices few(all.size());
+  few.resize(meshopt_simplify(few.data(), all.data(), all.size(), places.data(), mesh.vertices.size(),
+                              kStride, 3 * max_faces, kAnyError, 0, nullptr));
+  if (few.size() <= 4 * max_faces) return few;
+  Indices fewer(few.size());
+  fewer.resize(meshopt_simplifySloppy(fewer.data(), few.data(), few.size(), places.data(),
+                                      mesh.vertices.size(), kStride, 3 * max_faces, kAnyError, nullptr));
+  return fewer;
+}
+
+// Leaves the vertices that the triangles name, in the order of their first use.
+ColouredMesh Compact(const ColouredMesh& from, Indices& triangles) {
+  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  Indices place(from.mesh.vertices.size(), kNone);
+  ColouredMesh to;
+  for (std::uint32_t& index : triangles) {
+    if (place[index] == kNone) {
+      place[index] = std::uint32_t(to.mesh.vertices.size());
+      to.mesh.vertices.push_back(from.mesh.vertices[index]);
+      to.mesh.normals.push_back(from.mesh.normals[index]);
+      if (!from.colour.empty()) to.colour.push_back(from.colour[index]);
+    }
+    index = place[index];
+  }
+  return to;
+}
+
+void PackTriangles(const Indices& triangles, std::string& bytes) {
+  for (std::uint32_t index : triangles)
+    for (int shift = 0; shift < 32; shift += 8) bytes += char(index >> shift & 255);
+}
+
+// The cloud's scalar layers, at the vertices.
+void PackScalars(const std::vector<Eigen::Vector3d>& vertices, const CloudSample& sample,
+                 const ReportCloud& cloud, ReportMesh& mesh) {
+  if (sample.empty()) return;
+  const auto nearest = NearestPoints(sample.points, vertices, 1);
+  for (const nlohmann::json& layer : cloud.facts.at("layers")) {
+    const auto scalars = cloud.scalars.find(layer.at("key"));
+    if (scalars == cloud.scalars.end()) continue;
+    for (const auto& points : nearest) mesh.bytes += scalars->second[points.front().index];
+    mesh.facts["layers"].push_back(layer);
+  }
+}
+
+}  // namespace
+
+ReportMesh PackMesh(const std::filesystem::path& ply, std::size_t max_faces,
+                    const Eigen::Matrix3d& display_from_world, const CloudSample& sample,
+                    const ReportCloud& cloud) {
+  const ColouredMesh read = Read(ply, display_from_world);
+  Indices triangles = Simplify(read.mesh, max_faces);
+  const ColouredMesh shown = Compact(read, triangles);
+  const std::vector<Eigen::Vector3d>& vertices = shown.mesh.vertices;
+  if (vertices.empty()) throw Error("the mesh has no faces", ply.string());
+
+  ReportMesh mesh;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& v : vertices) center += v / double(vertices.size());
+  double radius = 1e-9;
+  for (const Eigen::Vector3d& v : vertices) radius = std::max(radius, (v - center).norm());
+  mesh.facts = {{"total", read.mesh.triangles.size()},
+                {"shown", triangles.size() / 3},
+                {"vertices", vertices.size()},
+                {"center", ToArray(center)},
+                {"radius", radius},
+                {"layers", nlohmann::json::array()}};
+  PackTriangles(triangles, mesh.bytes);
+  PackPositions(vertices, mesh.facts, mesh.bytes);
+  if (!shown.colour.empty()) mesh.facts["layers"].push_back({{"key", "colour"}, {"label", "Colour"}});
+  for (const Rgb8& c : shown.colour) mesh.bytes += {char(c.r), char(c.g), char(c.b)};
+  mesh.facts["layers"].push_back({{"key", "normal"}, {"label", "Normal"}});
+  PackNormals(shown.mesh.normals, mesh.bytes);
+  PackScalars(vertices, sample, cloud, mesh);
+  return mesh;
+}
+
+}  // namespace polarscan

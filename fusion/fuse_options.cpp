@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion/fuse.h"
+
+namespace polarscan {
+
+OptionTable Table(FusionOptions& o) {
+  return {
+      {"fusion-maps",
+       &o.maps,
+       "Depth maps to fuse; auto: geometric if there are any",
+       "",
+       0,
+       0,
+       {"auto", "geometric", "photometric"}},
+      {"fusion-min-views", &o.min_views, "Views that must agree on a point; fewer: more points, more strays",
+       "views", 1, 1000},
+      {"fusion-reprojection", &o.reprojection_px,
+       "Greatest distance of two views' points, seen from the first", "px", 0.01, 100},
+      {"fusion-depth", &o.relative_depth, "Greatest difference of two views' depths, as a share of the depth",
+       "", 1e-6, 1},
+      {"fusion-normal", &o.normal_deg, "Greatest angle between two views' normals", "deg", 0.1, 180},
+      {"fusion-check-views", &o.check_views, "Views asked about a pixel at most (those that overlap most)",
+       "views", 1, 100000},
+      {"fusion-contradictions", &o.contradictions,
+       "Leave a point out if this many times more views see through it than agree; 0: never", "", 0, 1000},
+      {"masks", &o.masks, "Leave out what lies outside of the masks, where there are any"},
+      {"fusion-memory", &o.memory_gb, "Memory for maps; with less they are read more often", "GB", 0, 1e6},
+  };
+}
+
+nlohmann::json ToJson(const CloudSummary& s) {
+  const FusionCounts& c = s.counts;
+  return {{"points", s.points},
+          {"views", s.views},
+          {"damaged", s.damaged.size()},
+          {"damaged_views", s.damaged},
+          {"maps", s.maps},
+          {"mean_views", s.mean_views},
+          {"mean_confidence", s.mean_confidence},
+          {"mean_dop", s.mean_dop},
+          {"pixels",
+           {{"with_depth", c.with_depth},
+            {"masked", c.masked},
+            {"without_normal", c.without_normal},
+            {"absorbed", c.absorbed},
+            {"too_few_views", c.too_few_views},
+            {"contradicted", c.contradicted}}}};
+}
+
+}  // namespace polarscan
