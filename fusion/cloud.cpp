@@ -28,6 +28,13 @@ std::uint8_t ToByte(double value) { return std::uint8_t(std::clamp(value, 0.0, 2
 
 }  // namespace
 
+std::vector<Eigen::Vector3d> Positions(const std::vector<CloudPoint>& cloud) {
+  std::vector<Eigen::Vector3d> positions;
+  positions.reserve(cloud.size());
+  for (const CloudPoint& p : cloud) positions.push_back(p.position.cast<double>());
+  return positions;
+}
+
 std::string PointProperties() {
   return "property float x\nproperty float y\nproperty float z\n"
          "property float nx\nproperty float ny\nproperty float nz\n"
