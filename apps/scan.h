@@ -13,7 +13,7 @@ namespace polarscan {
 
 // One stage of a scan, as scan.json remembers it.
 struct Stage {
-  std::string name;                            // "views", "sfm", "dense", "stereo", "fusion", "mesh", "report"
+  std::string name;  // "views", "sfm", "dense", "stereo", "fusion", "mesh", "report"
   std::vector<std::filesystem::path> outputs;  // files and folders that it makes, relative to the scan folder
   nlohmann::json options = nlohmann::json::object();  // effective options: what it does depends on these
 };

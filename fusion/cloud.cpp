@@ -33,6 +33,13 @@ std::string Header(std::size_t count, const std::string& comment) {
 
 }  // namespace
 
+std::vector<Eigen::Vector3d> Positions(const std::vector<CloudPoint>& cloud) {
+  std::vector<Eigen::Vector3d> positions;
+  positions.reserve(cloud.size());
+  for (const CloudPoint& p : cloud) positions.push_back(p.position.cast<double>());
+  return positions;
+}
+
 std::string PointProperties() {
   return "property float x\nproperty float y\nproperty float z\n"
          "property float nx\nproperty float ny\nproperty float nz\n"

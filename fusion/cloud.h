@@ -20,6 +20,8 @@ struct CloudPoint {
   std::uint16_t views = 0;  // that agree, the reference view included
 };
 
+std::vector<Eigen::Vector3d> Positions(const std::vector<CloudPoint>& cloud);
+
 // Binary little-endian PLY: x y z nx ny nz (float), red green blue (uchar), dop confidence (float), views
 // (ushort). MeshLab reads the first nine, CloudCompare the rest as scalar fields. `comment` becomes a comment
 // line. Atomic.

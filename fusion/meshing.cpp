@@ -7,9 +7,8 @@
 #include <utility>
 
 #include "core/error.h"
-#include "core/parallel.h"
 #include "fusion/close_surface.h"
-#include "fusion/mesh_files.h"
+#include "fusion/dress_mesh.h"
 #include "fusion/poisson.h"
 #include "fusion/silhouettes.h"
 #include "fusion/simplify.h"
@@ -22,7 +21,6 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kFewestPoints = 100;
 constexpr double kMaskMargin = 2;  // px, as in stereo: masks are not that exact
-constexpr int kNearPoints = 6;     // of the cloud, that give a vertex its colour
 
 std::vector<CloudPoint> ConfidentPoints(const fs::path& cloud_ply, double min_confidence) {
   if (!fs::exists(cloud_ply))
@@ -36,45 +34,6 @@ std::vector<CloudPoint> ConfidentPoints(const fs::path& cloud_ply, double min_co
                 cloud_ply.string(),
                 "Lower --mesh-min-confidence, fuse with looser limits, or go on with --no-mesh");
   return cloud;
-}
-
-std::vector<Eigen::Vector3d> Positions(const std::vector<CloudPoint>& cloud) {
-  std::vector<Eigen::Vector3d> positions;
-  for (const CloudPoint& p : cloud) positions.push_back(p.position.cast<double>());
-  return positions;
-}
-
-// The mean of the nearest points, weighted by 1 / (1 + (distance / cell)^2). Beyond `limit` only the colour.
-CloudPoint Dress(const std::vector<NearPoint>& nearest, const std::vector<CloudPoint>& cloud, double cell,
-                 double limit) {
-  double weights = 0, dop = 0, confidence = 0, views = 0;
-  Eigen::Vector3d colour = Eigen::Vector3d::Zero();
-  for (const NearPoint& near : nearest) {
-    const CloudPoint& p = cloud[near.index];
-    const double weight = 1 / (1 + near.distance * near.distance / (cell * cell));
-    weights += weight, dop += weight * p.dop, confidence += weight * p.confidence, views += weight * p.views;
-    colour += weight * Eigen::Vector3d(p.colour.r, p.colour.g, p.colour.b);
-  }
-  colour = colour / weights + Eigen::Vector3d::Constant(0.5);
-  CloudPoint dressed;
-  dressed.colour = {std::uint8_t(colour.x()), std::uint8_t(colour.y()), std::uint8_t(colour.z())};
-  if (nearest.front().distance > limit) return dressed;
-  dressed.dop = float(dop / weights), dressed.confidence = float(confidence / weights);
-  dressed.views = std::uint16_t(views / weights + 0.5);
-  return dressed;
-}
-
-SurfaceMesh DressMesh(const TriangleMesh& mesh, const std::vector<CloudPoint>& cloud, double cell,
-                      double limit) {
-  const auto nearest = NearestPoints(Positions(cloud), mesh.vertices, kNearPoints);
-  SurfaceMesh dressed{std::vector<CloudPoint>(mesh.vertices.size()), mesh.triangles};
-  ParallelFor(0, int(mesh.vertices.size()), [&](int i) {
-    const auto v = std::size_t(i);
-    dressed.vertices[v] = Dress(nearest[v], cloud, cell, limit);
-    dressed.vertices[v].position = mesh.vertices[v].cast<float>();
-    dressed.vertices[v].normal = mesh.normals[v].cast<float>();
-  });
-  return dressed;
 }
 
 MeshSummary Plan(const std::vector<CloudPoint>& cloud, const MeshOptions& options) {
