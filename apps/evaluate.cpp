@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <set>
 
@@ -58,6 +60,9 @@ void Run(EvaluateArguments arguments, Context& context) {
   for (std::size_t i = 0; i < names.size(); ++i) {
     Evaluated evaluated = EvaluateInput(arguments.inputs[i], arguments, truth, picture_px, context.progress);
     text += (names.size() > 1 ? names[i] + "\n" : "") + EvaluationTable(evaluated.result) + "\n";
+    if (!evaluated.kept.empty())
+      text += fmt::format("kept: {}; polarscan report {} shows it\n", evaluated.kept.string(),
+                          arguments.inputs[i].string());
     evaluations.push_back({names[i], std::move(evaluated.result)});
     pictures.push_back(std::move(evaluated.pictures));
   }

@@ -67,7 +67,10 @@ class Evaluation {
     }
     done_.result["input"] = input.string();
     done_.result["truth"] = arguments_.truth.string();
-    Keep([&] { files_->Finish(done_.result); });
+    Keep([&] {
+      files_->Finish(done_.result);
+      done_.kept = EvaluationFolder(input);
+    });
     return std::move(done_);
   }
 

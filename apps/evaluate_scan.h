@@ -30,6 +30,7 @@ struct ErrorPictures {
 struct Evaluated {
   nlohmann::json result;  // docs/evaluate.md
   std::vector<ErrorPictures> pictures;
+  std::filesystem::path kept;  // the scan's folder evaluation/, if the result was left there
 };
 
 // Compares one input with the truth. A scan keeps the result in its folder evaluation/

@@ -59,6 +59,6 @@ int main(int argc, char** argv) {
   Progress progress;
   const CloudSummary cloud = FuseCloud(folder, folder / "cloud.ply", {}, progress);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-  fmt::print("{} views of {:.2f} MP: {} points from {} pixels, {:.0f} s, peak {:.2f} GB\n", views,
+  fmt::print("{} views of {:.2f} MP: {} points from {} pixels, {:.0f} s, peak {:.2f} GB\n", cloud.views,
              width * height / 1e6, cloud.points, cloud.counts.with_depth, seconds.count(), PeakGb());
 }

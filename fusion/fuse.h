@@ -23,9 +23,9 @@ struct FusionOptions {
   double normal_deg = 60;        // how much their normals may differ
   int check_views = 50;          // views asked about a pixel at most: those that overlap most
   double contradictions =
-      0.5;               // drop a point that this many times more views see through than agree; 0: never
-  bool masks = true;     // pixels outside of masks/NAME.png make no points
-  double memory_gb = 3;  // maps kept in memory (23 bytes a pixel; at least check_views + 1 views' maps)
+      0.5;                 // drop a point that this many times more views see through than agree; 0: never
+  bool masks = true;       // pixels outside of masks/NAME.png make no points
+  double memory_gb = 2.5;  // maps kept in memory (23 bytes a pixel; at least check_views + 1 views' maps)
 };
 OptionTable Table(FusionOptions& options);
 

@@ -39,7 +39,7 @@ precision highp float;
 uniform vec3 to_eye;
 in vec3 tint, direction;
 out vec4 pixel;
-void main() { pixel = vec4(tint * (0.45 + 0.55 * abs(dot(normalize(direction), to_eye))), 1.0); }`;
+void main() { pixel = vec4(tint * (0.55 + 0.45 * abs(dot(normalize(direction), to_eye))), 1.0); }`;
 
 // Copies the points to the page and darkens pixels that lie behind their neighbours (eye-dome lighting; Boucheny,
 // "Visualisation scientifique de grands volumes de donnees", 2009): edges and relief become visible without normals.
