@@ -32,7 +32,8 @@ bool IsExecutable(const std::filesystem::path& path) {
 
 // The child's side of the fork: only async-signal-safe calls. Reports errno through `report` if it cannot
 // start.
-[[noreturn]] void Become(const char* file, char* const* argv, int log, int null, int report, pid_t parent) {
+[[noreturn]] void Become(const char* file, char* const* argv, const char* folder, int log, int null,
+                         int report, pid_t parent) {
   setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, SIGKILL);  // a killed polarscan leaves no orphan computing on
   if (getppid() != parent) _exit(127);
@@ -40,14 +41,16 @@ bool IsExecutable(const std::filesystem::path& path) {
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
   for (const int number : {SIGINT, SIGTERM, SIGPIPE, SIGHUP}) signal(number, SIG_DFL);
-  if (dup2(null, STDIN_FILENO) >= 0 && dup2(log, STDOUT_FILENO) >= 0 && dup2(log, STDERR_FILENO) >= 0)
+  if (chdir(folder) == 0 && dup2(null, STDIN_FILENO) >= 0 && dup2(log, STDOUT_FILENO) >= 0 &&
+      dup2(log, STDERR_FILENO) >= 0)
     execv(file, argv);
   const int reason = errno;
   if (write(report, &reason, sizeof reason) < 0) _exit(126);
   _exit(127);
 }
 
-pid_t Start(const std::vector<std::string>& argv, const std::filesystem::path& file, int log) {
+pid_t Start(const std::vector<std::string>& argv, const std::filesystem::path& file,
+            const std::filesystem::path& folder, int log) {
   const Descriptor null(open("/dev/null", O_RDONLY | O_CLOEXEC));
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0)
@@ -59,7 +62,7 @@ pid_t Start(const std::vector<std::string>& argv, const std::filesystem::path& f
 
   const pid_t parent = getpid();
   const pid_t pid = fork();
-  if (pid == 0) Become(file.c_str(), arguments.data(), log, null.fd, write_end.fd, parent);
+  if (pid == 0) Become(file.c_str(), arguments.data(), folder.c_str(), log, null.fd, write_end.fd, parent);
   if (pid < 0) throw Error("cannot start the program", file.string(), std::strerror(errno));
   setpgid(pid, pid);  // also here: whoever comes first, the group exists before anybody signals it
   write_end.Close();
@@ -108,16 +111,18 @@ std::filesystem::path FindProgram(const std::string& name) {
 }
 
 ProcessResult RunProcess(const std::vector<std::string>& argv, const std::filesystem::path& log,
-                         Progress& progress, double timeout_s, const std::function<void()>& on_poll) {
-  const auto file = argv.empty() ? std::filesystem::path() : FindProgram(argv[0]);
+                         Progress& progress, double timeout_s, const std::function<void()>& on_poll,
+                         const std::filesystem::path& folder) {
+  auto file = argv.empty() ? std::filesystem::path() : FindProgram(argv[0]);
   if (file.empty())
     throw Error("program not found", argv.empty() ? "(no name)" : argv[0], "Is it installed and in PATH?");
+  file = std::filesystem::absolute(file);
   progress.Check();
   if (log.has_parent_path()) CreateFolder(log.parent_path());
   const Descriptor output(open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
   if (output.fd < 0) throw Error("cannot write the log", log.string(), std::strerror(errno));
 
-  const pid_t pid = Start(argv, file, output.fd);
+  const pid_t pid = Start(argv, file, folder.empty() ? "." : folder, output.fd);
   const auto start = Clock::now();
   auto pause = std::chrono::milliseconds(1);
   try {

@@ -70,13 +70,13 @@ TriangleMesh PoissonSurface(std::span<const CloudPoint> cloud, int depth, const 
   fs::remove(surface.path);
   Colmap colmap(program, log, progress);
   colmap.Run("poisson_mesher",
-             {{{"input_path"}, points.path.string(), true},
-              {{"output_path"}, surface.path.string(), true},
+             {{{"input_path"}, fs::absolute(points.path).string(), true},
+              {{"output_path"}, fs::absolute(surface.path).string(), true},
               {{"PoissonMeshing.depth"}, std::to_string(depth), true},
               {{"PoissonMeshing.trim"}, "0", true},
               {{"PoissonMeshing.color"}, "0"},
               {{"PoissonMeshing.num_threads"}, "1", true}},
-             "surface from the cloud", 0, "");
+             "surface from the cloud", 0, "", folder);  // it leaves files where it works
   if (!fs::exists(surface.path))
     throw Error(fmt::format("COLMAP made no surface of {} points ({})", cloud.size(),
                             colmap.Complaint().empty() ? "no complaint" : colmap.Complaint()),

@@ -102,7 +102,7 @@ const std::set<std::string>& Colmap::KnownOptions(const std::string& command) {
 }
 
 int Colmap::Run(const std::string& command, const std::vector<ColmapOption>& options, const std::string& step,
-                std::size_t total, const std::string& counted) {
+                std::size_t total, const std::string& counted, const std::filesystem::path& folder) {
   const std::set<std::string>& known = KnownOptions(command);
   std::vector<std::string> argv = {program_, command};
   for (const ColmapOption& option : options) {
@@ -117,7 +117,9 @@ int Colmap::Run(const std::string& command, const std::vector<ColmapOption>& opt
   std::ofstream(log_, std::ios::app) << fmt::format("\n$ {}\n", fmt::join(argv, " "));
   progress_.Begin(step, total, "picture");
   LogCounter counter(log_, counted, total, progress_);
-  const int exit_code = RunProcess(argv, log_, progress_, 0, [&counter] { counter(); }).exit_code;
+  const int exit_code = RunProcess(
+                            argv, log_, progress_, 0, [&counter] { counter(); }, folder)
+                            .exit_code;
   if (exit_code != 0)
     progress_.Warn(fmt::format("colmap {} ended with exit code {} ({}); see {}", command, exit_code,
                                Complaint().empty() ? "no complaint" : Complaint(), log_.string()));

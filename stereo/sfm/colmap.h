@@ -30,8 +30,9 @@ class Colmap {
 
   // Runs `colmap COMMAND OPTIONS` and counts lines of its log that contain `counted` as progress of `step`.
   // The exit code is returned, but says little (0 for an empty folder, say): judge by what was written.
+  // folder: where it works; empty: here.
   int Run(const std::string& command, const std::vector<ColmapOption>& options, const std::string& step,
-          std::size_t total, const std::string& counted);
+          std::size_t total, const std::string& counted, const std::filesystem::path& folder = {});
 
   // Whether the command exists and has the option.
   bool Knows(const std::string& command, const std::string& option) {
