@@ -5,12 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "apps/report_util.h"
+#include "core/bytes.h"
 #include "core/error.h"
 #include "core/mesh.h"
 #include "core/ply.h"
+#include "fusion/mesh_topology.h"
+#include "fusion/simplify.h"
 #include "fusion/surface.h"
 
 namespace polarscan {
@@ -45,47 +47,41 @@ ColouredMesh Read(const std::filesystem::path& ply, const Eigen::Matrix3d& displ
   return read;
 }
 
-// Three indices a triangle. Where simplification that keeps the topology does not get there, one that does
-// not.
-Indices Simplify(const TriangleMesh& mesh, std::size_t max_faces) {
-  Indices all;
-  for (const auto& t : mesh.triangles) all.insert(all.end(), t.begin(), t.end());
-  if (mesh.triangles.size() <= max_faces) return all;
+// Where simplification that keeps the topology does not get there, one that does not.
+std::vector<Triangle> FewTriangles(const TriangleMesh& mesh, std::size_t max_faces) {
+  if (mesh.triangles.size() <= max_faces) return mesh.triangles;
+  const std::vector<Triangle> few = CollapsedTriangles(mesh, int(max_faces));
+  if (3 * few.size() <= 4 * max_faces) return few;
   std::vector<float> places;
   for (const Eigen::Vector3d& v : mesh.vertices)
     places.insert(places.end(), {float(v.x()), float(v.y()), float(v.z())});
-  constexpr std::size_t kStride = 3 * sizeof(float);
   constexpr float kAnyError = 1;
-  Indices few(all.size());
-  few.resize(meshopt_simplify(few.data(), all.data(), all.size(), places.data(), mesh.vertices.size(),
-                              kStride, 3 * max_faces, kAnyError, 0, nullptr));
-  if (few.size() <= 4 * max_faces) return few;
-  Indices fewer(few.size());
-  fewer.resize(meshopt_simplifySloppy(fewer.data(), few.data(), few.size(), places.data(),
-                                      mesh.vertices.size(), kStride, 3 * max_faces, kAnyError, nullptr));
-  return fewer;
+  Indices fewer(3 * few.size());
+  fewer.resize(meshopt_simplifySloppy(fewer.data(), few.front().data(), fewer.size(), places.data(),
+                                      mesh.vertices.size(), 3 * sizeof(float), 3 * max_faces, kAnyError,
+                                      nullptr));
+  std::vector<Triangle> triangles;
+  for (std::size_t i = 0; i < fewer.size(); i += 3)
+    triangles.push_back({fewer[i], fewer[i + 1], fewer[i + 2]});
+  return triangles;
 }
 
-// Leaves the vertices that the triangles name, in the order of their first use.
-ColouredMesh Compact(const ColouredMesh& from, Indices& triangles) {
-  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-  Indices place(from.mesh.vertices.size(), kNone);
-  ColouredMesh to;
-  for (std::uint32_t& index : triangles) {
-    if (place[index] == kNone) {
-      place[index] = std::uint32_t(to.mesh.vertices.size());
-      to.mesh.vertices.push_back(from.mesh.vertices[index]);
-      to.mesh.normals.push_back(from.mesh.normals[index]);
-      if (!from.colour.empty()) to.colour.push_back(from.colour[index]);
-    }
-    index = place[index];
+// The mesh of these triangles and the vertices that they name.
+ColouredMesh Compact(const ColouredMesh& from, std::vector<Triangle> triangles) {
+  const std::size_t count = triangles.size();
+  KeptPart part =
+      KeepTriangles({from.mesh.vertices, {}, std::move(triangles)}, std::vector<bool>(count, true));
+  ColouredMesh to{std::move(part.mesh), {}};
+  for (std::uint32_t v : part.origin) {
+    to.mesh.normals.push_back(from.mesh.normals[v]);
+    if (!from.colour.empty()) to.colour.push_back(from.colour[v]);
   }
   return to;
 }
 
-void PackTriangles(const Indices& triangles, std::string& bytes) {
-  for (std::uint32_t index : triangles)
-    for (int shift = 0; shift < 32; shift += 8) bytes += char(index >> shift & 255);
+void PackTriangles(const std::vector<Triangle>& triangles, std::string& bytes) {
+  for (const Triangle& t : triangles)
+    for (std::uint32_t index : t) AppendBytes(bytes, index);
 }
 
 // The cloud's scalar layers, at the vertices.
@@ -107,8 +103,8 @@ ReportMesh PackMesh(const std::filesystem::path& ply, std::size_t max_faces,
                     const Eigen::Matrix3d& display_from_world, const CloudSample& sample,
                     const ReportCloud& cloud) {
   const ColouredMesh read = Read(ply, display_from_world);
-  Indices triangles = Simplify(read.mesh, max_faces);
-  const ColouredMesh shown = Compact(read, triangles);
+  const ColouredMesh shown = Compact(read, FewTriangles(read.mesh, max_faces));
+  const std::vector<Triangle>& triangles = shown.mesh.triangles;
   const std::vector<Eigen::Vector3d>& vertices = shown.mesh.vertices;
   if (vertices.empty()) throw Error("the mesh has no faces", ply.string());
 
@@ -118,7 +114,7 @@ ReportMesh PackMesh(const std::filesystem::path& ply, std::size_t max_faces,
   double radius = 1e-9;
   for (const Eigen::Vector3d& v : vertices) radius = std::max(radius, (v - center).norm());
   mesh.facts = {{"total", read.mesh.triangles.size()},
-                {"shown", triangles.size() / 3},
+                {"shown", triangles.size()},
                 {"vertices", vertices.size()},
                 {"center", ToArray(center)},
                 {"radius", radius},

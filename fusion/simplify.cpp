@@ -9,7 +9,7 @@
 
 namespace polarscan {
 
-TriangleMesh Simplify(const TriangleMesh& mesh, int faces) {
+std::vector<Triangle> CollapsedTriangles(const TriangleMesh& mesh, int faces) {
   constexpr float kAnyError = 1;  // as a share of the mesh's extent: the count decides
   std::vector<float> positions;
   for (const Eigen::Vector3d& v : mesh.vertices)
@@ -20,9 +20,13 @@ TriangleMesh Simplify(const TriangleMesh& mesh, int faces) {
   left.resize(meshopt_simplify(left.data(), indices.data(), indices.size(), positions.data(),
                                mesh.vertices.size(), 3 * sizeof(float), 3 * std::size_t(faces), kAnyError, 0,
                                nullptr));
-  TriangleMesh simple{mesh.vertices, {}, {}};
-  for (std::size_t i = 0; i < left.size(); i += 3)
-    simple.triangles.push_back({left[i], left[i + 1], left[i + 2]});
+  std::vector<Triangle> triangles;
+  for (std::size_t i = 0; i < left.size(); i += 3) triangles.push_back({left[i], left[i + 1], left[i + 2]});
+  return triangles;
+}
+
+TriangleMesh Simplify(const TriangleMesh& mesh, int faces) {
+  TriangleMesh simple{mesh.vertices, {}, CollapsedTriangles(mesh, faces)};
   simple = KeepTriangles(simple, std::vector<bool>(simple.triangles.size(), true)).mesh;
   ComputeVertexNormals(simple);
   return simple;

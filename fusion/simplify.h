@@ -9,4 +9,7 @@ namespace polarscan {
 // triangles than asked for where its topology allows no fewer. Normals are computed anew.
 TriangleMesh Simplify(const TriangleMesh& mesh, int faces);
 
+// The triangles that Simplify leaves, of the mesh's own vertices.
+std::vector<Triangle> CollapsedTriangles(const TriangleMesh& mesh, int faces);
+
 }  // namespace polarscan
