@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "demosaic/guide.h"
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "core/parallel.h"
 #include "demosaic/reflect.h"
@@ -10,6 +12,7 @@ namespace polarscan {
 namespace {
 
 constexpr int kGuideBorder = 4;  // what the differences' averages reach, and one
+constexpr int kGuideBand = 32;  // px: its intermediates stay in the cache
 constexpr float kSmallestEdge = 1e-4f;
 
 // What lies between two neighbouring rows (or columns): at index i, between i - 1 and i.
@@ -30,44 +33,57 @@ void MeasurePair(const float* here, const float* before, int step, int count, fl
 // Sum over `wide` x `high` pixels, odd numbers; the border of half their size is left 0.
 Image<float> BoxSum(const Image<float>& image, int wide, int high) {
   const int width = image.width(), height = image.height(), rx = wide / 2, ry = high / 2;
-  Image<float> rows(width, height), sums(width, height);
-  ParallelFor(ry, height - ry, [&](int y) {
-    float* out = rows.row(y);
-    for (int k = -ry; k <= ry; ++k)
-      for (int x = 0; x < width; ++x) out[x] += image(x, y + k);
+  Image<float> sums(width, height);
+  std::vector<float> column(static_cast<std::size_t>(width));
+  for (int y = ry; y < height - ry; ++y) {
+    std::ranges::fill(column, 0.0f);
+    for (int k = -ry; k <= ry; ++k) {
+      const float* row = image.row(y + k);
+      for (int x = 0; x < width; ++x) column[std::size_t(x)] += row[x];
+    }
+    float* out = sums.row(y);
     for (int k = -rx; k <= rx; ++k)
-      for (int x = rx; x < width - rx; ++x) sums(x, y) += out[x + k];
-  });
+      for (int x = rx; x < width - rx; ++x) out[x] += column[std::size_t(x + k)];
+  }
   return sums;
+}
+
+float Weight(float edges) { return 1 / (edges / 15 + kSmallestEdge); }
+
+// Rows first ... last - 1 of the guide.
+void GuideBand(const Image<float>& samples, int first, int last, Image<float>& guide) {
+  const Image<float> padded = PadRows(samples, kGuideBorder, first, last);
+  const int width = padded.width(), height = padded.height();
+  Side above{Image<float>(width, height), Image<float>(width, height)}, left = above;
+  for (int y = 1; y < height; ++y)
+    MeasurePair(padded.row(y) + 1, padded.row(y - 1) + 1, 1, width - 2, above.mean.row(y) + 1,
+                above.edges.row(y) + 1);
+  for (int y = 1; y < height - 1; ++y)
+    MeasurePair(padded.row(y) + 1, padded.row(y), width, width - 1, left.mean.row(y) + 1,
+                left.edges.row(y) + 1);
+  above.edges = BoxSum(above.edges, 5, 3), left.edges = BoxSum(left.edges, 3, 5);
+  for (int j = first; j < last; ++j) {
+    const int y = j - first + kGuideBorder;
+    const auto at = [](const Image<float>& image, int row) { return image.row(row) + kGuideBorder; };
+    const float *edges_north = at(above.edges, y - 1), *edges_south = at(above.edges, y + 2);
+    const float *edges = at(left.edges, y), *north = at(above.mean, y), *south = at(above.mean, y + 1),
+                *sides = at(left.mean, y);
+    float* out = guide.row(j);
+    for (int x = 0; x < samples.width(); ++x) {
+      const float n = Weight(edges_north[x]), s = Weight(edges_south[x]), w = Weight(edges[x - 1]),
+                  e = Weight(edges[x + 2]);
+      out[x] = (n * north[x] + s * south[x] + w * sides[x] + e * sides[x + 1]) / (n + s + w + e);
+    }
+  }
 }
 
 }  // namespace
 
 Image<float> EdgeAwareGuide(const Image<float>& samples) {
-  const Image<float> padded = Pad(samples, kGuideBorder);
-  const int width = padded.width(), height = padded.height();
-  Side above{Image<float>(width, height), Image<float>(width, height)}, left = above;
-  ParallelFor(1, height, [&](int y) {
-    MeasurePair(padded.row(y) + 1, padded.row(y - 1) + 1, 1, width - 2, above.mean.row(y) + 1,
-                above.edges.row(y) + 1);
-  });
-  ParallelFor(1, height - 1, [&](int y) {
-    MeasurePair(padded.row(y) + 1, padded.row(y), width, width - 1, left.mean.row(y) + 1,
-                left.edges.row(y) + 1);
-  });
-  above.edges = BoxSum(above.edges, 5, 3), left.edges = BoxSum(left.edges, 3, 5);
   Image<float> guide(samples.width(), samples.height());
-  ParallelFor(0, samples.height(), [&](int j) {
-    const int y = j + kGuideBorder;
-    for (int i = 0; i < samples.width(); ++i) {
-      const int x = i + kGuideBorder;
-      const auto weight = [](float edges) { return 1 / (edges / 15 + kSmallestEdge); };
-      const float north = weight(above.edges(x, y - 1)), south = weight(above.edges(x, y + 2));
-      const float west = weight(left.edges(x - 1, y)), east = weight(left.edges(x + 2, y));
-      guide(i, j) = (north * above.mean(x, y) + south * above.mean(x, y + 1) + west * left.mean(x, y) +
-                     east * left.mean(x + 1, y)) /
-                    (north + south + west + east);
-    }
+  const int bands = (samples.height() + kGuideBand - 1) / kGuideBand;
+  ParallelFor(0, bands, [&](int band) {
+    GuideBand(samples, band * kGuideBand, std::min(samples.height(), (band + 1) * kGuideBand), guide);
   });
   return guide;
 }

@@ -23,4 +23,11 @@ Image<float> Pad(const Image<float>& image, int border) {
   return padded;
 }
 
+Image<float> PadRows(const Image<float>& image, int border, int first, int last) {
+  Image<float> padded(image.width() + 2 * border, last - first + 2 * border);
+  for (int y = 0; y < padded.height(); ++y)
+    PadRow(image.row(Reflect(first + y - border, image.height())), image.width(), border, padded.row(y));
+  return padded;
+}
+
 }  // namespace polarscan

@@ -16,6 +16,9 @@ inline int Reflect(int i, int size) {
 // The picture with `border` reflected pixels on every side.
 Image<float> Pad(const Image<float>& image, int border);
 
+// Rows first ... last - 1 of the picture and `border` more on every side; reflected where there are none.
+Image<float> PadRows(const Image<float>& image, int border, int first, int last);
+
 // One row of it: out[0 ... width + 2 border).
 void PadRow(const float* row, int width, int border, float* out);
 
