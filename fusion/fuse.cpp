@@ -61,10 +61,10 @@ class Fusion {
 
   void Run(CloudWriter& cloud) {
     progress_.Begin("fusion", std::size_t(Usable()));
-    for (int i = 0; i < int(workspace_.views.size()); ++i) {
-      if (!usable_[std::size_t(i)]) continue;
+    for (const int view : WalkingOrder(workspace_)) {
+      if (!usable_[std::size_t(view)]) continue;
       progress_.Check();
-      if (const auto reference = Load({i})[0]) FuseOne(i, *reference, cloud);
+      if (const auto reference = Load({view})[0]) FuseOne(view, *reference, cloud);
       progress_.Advance();
     }
     summary_.views = Usable();

@@ -3,6 +3,9 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <numeric>
+#include <ranges>
+#include <utility>
 
 #include "fusion/consistency.h"
 
@@ -51,6 +54,22 @@ std::vector<int> OverlappingViews(const Workspace& workspace, int reference, con
   for (const auto& [rank, view] : ranked) views.push_back(view);
   std::ranges::sort(views);
   return views;
+}
+
+std::vector<int> WalkingOrder(const Workspace& workspace) {
+  std::vector<Eigen::Vector3d> centers;
+  for (const DenseView& view : workspace.views) centers.push_back(view.cam_from_world.Center());
+  std::vector<int> order(centers.size());
+  std::iota(order.begin(), order.end(), 0);
+  for (std::size_t i = 1; i < order.size(); ++i) {
+    const Eigen::Vector3d& here = centers[std::size_t(order[i - 1])];
+    const auto left = std::ranges::subrange(order.begin() + long(i), order.end());
+    const auto nearest = std::ranges::min_element(left, {}, [&](int view) {
+      return std::pair((centers[std::size_t(view)] - here).squaredNorm(), view);
+    });
+    std::swap(order[i], *nearest);
+  }
+  return order;
 }
 
 }  // namespace polarscan

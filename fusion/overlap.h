@@ -12,4 +12,8 @@ namespace polarscan {
 std::vector<int> OverlappingViews(const Workspace& workspace, int reference, const ViewMaps& maps,
                                   const std::vector<bool>& usable, int limit);
 
+// All views in an order in which one follows near another: from the first one always to the nearest camera
+// that is left. Consecutive views then ask for nearly the same others.
+std::vector<int> WalkingOrder(const Workspace& workspace);
+
 }  // namespace polarscan

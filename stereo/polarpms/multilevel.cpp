@@ -24,6 +24,7 @@ namespace polarscan {
 namespace {
 
 constexpr double kFewestPixels = 5000;  // of the object in a view of the coarsest level
+constexpr double kThinnest = 30;        // px there, mean width of the object's parts: less than three windows
 
 enum class Work { kSearch, kMatching, kRound };
 
@@ -36,8 +37,9 @@ struct Step {
   float sharpness = 1;  // of a round
 };
 
-// The coarsest level: a search, then rounds. Finer ones: a search while there are search levels left, then
-// refinements, each of them a matching on the surface and a round.
+// The coarsest level: a search, then rounds. Finer ones: a search while there are search levels left. At full
+// size, also if it is the only one, and at all between: refinements, each of them a matching on the surface
+// and a round.
 std::vector<Step> PlanSteps(const StereoOptions& options, int levels) {
   std::vector<Step> steps;
   int halvings = levels - 1, searches = 0;
@@ -53,17 +55,45 @@ std::vector<Step> PlanSteps(const StereoOptions& options, int levels) {
   add(Work::kSearch, "search");
   for (int round = 1; round <= options.rounds; ++round)
     add(Work::kRound, fmt::format("round {}", round), round == 1 ? 1.0f : 0.7f);
+  const auto refine = [&] {
+    for (int i = 1; i <= options.refinements; ++i) {
+      add(Work::kMatching, fmt::format("matching {}", i));
+      if (options.rounds > 0) add(Work::kRound, fmt::format("round after matching {}", i), 0.5f);
+    }
+  };
+  if (levels == 1) refine();
   while (--halvings >= 0) {
     const bool search = ++searches < options.search_levels;
     if (search) add(Work::kSearch, "search");
     if (search && options.rounds > 0) add(Work::kRound, "round after the search", 0.5f);
-    for (int i = 1; i <= options.refinements; ++i) {
-      add(Work::kMatching, fmt::format("matching {}", i));
-      if (options.rounds > 0) add(Work::kRound, fmt::format("round {}", i), 0.5f);
-    }
+    refine();
   }
   steps.back().kind = "geometric";
   return steps;
+}
+
+// Of an object in pictures, px.
+struct Extent {
+  double area = 0, outline = 0;
+  Extent& operator+=(const Extent& more) {
+    area += more.area, outline += more.outline;
+    return *this;
+  }
+  double Width() const { return 2 * area / std::max(outline, 1e-3); }  // of a strip, its width
+};
+
+// The outline's length from the sides between pixels that it runs along: 4/pi of it, on the mean over all
+// directions. The picture's border does not count.
+Extent Measure(const Image<std::uint8_t>& mask) {
+  std::size_t area = 0, sides = 0;
+  for (int y = 0; y < mask.height(); ++y)
+    for (int x = 0; x < mask.width(); ++x) {
+      const bool here = mask(x, y) != 0;
+      area += here;
+      if (x > 0) sides += here != (mask(x - 1, y) != 0);
+      if (y > 0) sides += here != (mask(x, y - 1) != 0);
+    }
+  return {double(area), double(sides) * std::numbers::pi / 4};
 }
 
 class MultilevelStage {
@@ -93,18 +123,20 @@ class MultilevelStage {
  private:
   int Count() const { return int(workspace_.views.size()); }
 
-  // So many that the coarsest pictures still show something.
+  // So many that the coarsest pictures still show something: enough of the object, and its thin parts.
   int Levels() const {
-    double pixels = 0;
+    Extent extent;
     for (int view = 0; view < Count(); ++view) {
       const Image<std::uint8_t> mask =
           options_.masks ? ReadViewMask(workspace_, view) : Image<std::uint8_t>();
       const Pinhole& camera = workspace_.views[std::size_t(view)].camera;
-      pixels += mask.empty() ? double(camera.width) * camera.height
-                             : double(std::ranges::count_if(mask.pixels(), [](auto m) { return m != 0; }));
+      extent += mask.empty() ? Extent{double(camera.width) * camera.height, 0} : Measure(mask);
     }
     int levels = 1;
-    while (levels < options_.levels && pixels / Count() / std::pow(4, levels) >= kFewestPixels) ++levels;
+    const auto at = [](double value, int level) { return value / std::pow(2, level); };
+    while (levels < options_.levels && at(at(extent.area / Count(), levels), levels) >= kFewestPixels &&
+           at(extent.Width(), levels) >= kThinnest)
+      ++levels;
     return levels;
   }
 

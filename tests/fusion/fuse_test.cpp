@@ -5,9 +5,13 @@
 #include <sys/resource.h>
 #include <tbb/global_control.h>
 
+#include <numbers>
+#include <set>
+
 #include "core/ply.h"
 #include "core/random.h"
 #include "fusion/cloud.h"
+#include "fusion/overlap.h"
 #include "tests/fusion/sphere_scene.h"
 
 namespace polarscan {
@@ -155,6 +159,21 @@ long PeakKb() {
 
 // 120 views take 53 MB as maps and the points 20 MB; the limit leaves room for the 13 views that a pixel
 // asks.
+TEST(Fusion, ViewsInAnyOrderAreWalkedFromNeighbourToNeighbour) {
+  Workspace workspace;
+  for (int i = 0; i < 12; ++i) {  // a ring; one steps over every five of its places
+    const double angle = i * 5 % 12 * std::numbers::pi / 6 + 1e-3 * i;
+    workspace.views.emplace_back().cam_from_world =
+        LookAtOrigin({4 * std::sin(angle), 1, 4 * std::cos(angle)});
+  }
+  const std::vector<int> order = WalkingOrder(workspace);
+  EXPECT_EQ(std::set<int>(order.begin(), order.end()).size(), 12u);
+  EXPECT_EQ(order.front(), 0);
+  const auto place = [&](std::size_t i) { return order[i] * 5 % 12; };
+  for (std::size_t i = 1; i < order.size(); ++i)
+    EXPECT_EQ(std::min((place(i) - place(i - 1) + 12) % 12, (place(i - 1) - place(i) + 12) % 12), 1);
+}
+
 TEST(Fusion, MemoryIsBoundedByItsLimitAndNotByTheNumberOfViews) {
   TemporaryFolder folder;
   const Workspace workspace = SphereWorkspace(folder.path(), 120);  // more than six times around
