@@ -66,6 +66,14 @@ std::vector<Step> PlanSteps(const StereoOptions& options, int levels) {
   return steps;
 }
 
+// So many that the coarsest pictures still show something.
+int Levels(const Workspace& workspace, const StereoOptions& options) {
+  const double pixels = ObjectPixels(workspace, options) / double(workspace.views.size());
+  int levels = 1;
+  while (levels < options.levels && pixels / std::pow(4, levels) >= kFewestPixels) ++levels;
+  return levels;
+}
+
 class MultilevelStage {
  public:
   MultilevelStage(const Workspace& workspace, const StereoOptions& options, std::uint64_t input_hash,
@@ -76,7 +84,7 @@ class MultilevelStage {
         progress_(progress),
         scale_(GrayScale(workspace)),
         done_(workspace, input_hash, shard),
-        steps_(PlanSteps(options, Levels())) {}
+        steps_(PlanSteps(options, Levels(workspace, options))) {}
 
   void Run() {
     std::size_t first = steps_.size();  // the step after the last one that is done for all views
@@ -92,21 +100,6 @@ class MultilevelStage {
 
  private:
   int Count() const { return int(workspace_.views.size()); }
-
-  // So many that the coarsest pictures still show something.
-  int Levels() const {
-    double pixels = 0;
-    for (int view = 0; view < Count(); ++view) {
-      const Image<std::uint8_t> mask =
-          options_.masks ? ReadViewMask(workspace_, view) : Image<std::uint8_t>();
-      const Pinhole& camera = workspace_.views[std::size_t(view)].camera;
-      pixels += mask.empty() ? double(camera.width) * camera.height
-                             : double(std::ranges::count_if(mask.pixels(), [](auto m) { return m != 0; }));
-    }
-    int levels = 1;
-    while (levels < options_.levels && pixels / Count() / std::pow(4, levels) >= kFewestPixels) ++levels;
-    return levels;
-  }
 
   bool IsLast(const Step& step) const { return step.kind == steps_.back().kind; }
 
@@ -127,7 +120,7 @@ class MultilevelStage {
     Cache<DepthNormalMap> maps(
         cache_bytes / 2, [&](int v) { return MapsBefore(step, v); },
         [](const DepthNormalMap& m) { return BytesOf(m); });
-    progress_.Begin(step.title, std::size_t((Count() - shard_.index + shard_.count - 1) / shard_.count));
+    progress_.Begin(step.title, std::size_t(shard_.Share(Count())));
     for (int view = shard_.index; view < Count(); view += shard_.count) {
       progress_.Check();
       if (!done_.IsDone(view, step.kind)) {
@@ -264,6 +257,24 @@ class MultilevelStage {
 };
 
 }  // namespace
+
+double ObjectPixels(const Workspace& workspace, const StereoOptions& options) {
+  double pixels = 0;
+  for (int view = 0; view < int(workspace.views.size()); ++view) {
+    const Image<std::uint8_t> mask = options.masks ? ReadViewMask(workspace, view) : Image<std::uint8_t>();
+    const Pinhole& camera = workspace.views[std::size_t(view)].camera;
+    pixels += mask.empty() ? double(camera.width) * camera.height
+                           : double(std::ranges::count_if(mask.pixels(), [](auto m) { return m != 0; }));
+  }
+  return pixels;
+}
+
+std::vector<StereoStep> MultilevelSteps(const Workspace& workspace, const StereoOptions& options) {
+  std::vector<StereoStep> steps;
+  for (const Step& step : PlanSteps(options, Levels(workspace, options)))
+    steps.push_back({step.title, step.kind});
+  return steps;
+}
 
 void RunMultilevel(const Workspace& workspace, const StereoOptions& options, std::uint64_t input_hash,
                    const Shard& shard, Progress& progress) {
