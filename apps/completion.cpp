@@ -102,6 +102,8 @@ _polarscan_words() {
 
 _polarscan() {
   local now="${COMP_WORDS[COMP_CWORD]}" before="${COMP_WORDS[COMP_CWORD-1]}"
+  if [[ "$now" == "=" ]]; then now=""; fi
+  if [[ "$before" == "=" ]]; then before="${COMP_WORDS[COMP_CWORD-2]}"; fi
   local commands="" options="" words="" file="" path=polarscan word
   _polarscan_words "$path"
   for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do

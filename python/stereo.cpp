@@ -56,8 +56,9 @@ void WriteArrays(const std::filesystem::path& folder, const py::list& views, boo
 
 // While it runs, Ctrl-C and other threads of Python are heard.
 void RunStereo(const std::filesystem::path& folder, const py::dict& arguments, int threads) {
-  nlohmann::json given = ToOptions(arguments);
+  const nlohmann::json given = ToOptions(arguments);
   StereoOptions options = StereoPreset(given.value("preset", "default"));
+  options.seed = 0;  // as the program's --seed
   OptionTable table = Table(options);
   FromJson(given, table);
   Progress progress;
