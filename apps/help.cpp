@@ -58,9 +58,8 @@ void AddHelpCommand(CLI::App& app, Context& context) {
   command->callback([a, &app, &context] {
     if (!a->folder.empty()) return Write(app, a->folder, context);
     const CLI::App& found = Find(app, a->command);
-    std::vector<std::string> before = PathOf(found);
-    before.pop_back();
-    std::cout << found.help(fmt::format("{}", fmt::join(before, " "))) << std::flush;
+    const std::string path = fmt::format("{}", fmt::join(PathOf(found), " "));
+    std::cout << app.get_formatter()->make_help(&found, path, CLI::AppFormatMode::Normal) << std::flush;
   });
 }
 
