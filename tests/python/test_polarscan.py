@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The Python module, compared with closed forms, with readers of its files in plain Python, and with the program."""
-import json, os, subprocess, sys, tempfile, unittest
+import json, os, signal, subprocess, sys, tempfile, time, unittest
 from pathlib import Path
 
 try:
@@ -130,6 +130,21 @@ class Stereo(Temporary):
             np.testing.assert_array_equal(depth, colmap_map(dense / "stereo/depth_maps" / file)[0])
             np.testing.assert_array_equal(normal.transpose(2, 0, 1), colmap_map(dense / "stereo/normal_maps" / file))
             self.assertGreater((depth > 0).mean(), 0.02)
+
+    def test_ctrl_c_stops_it_soon(self):
+        script = ("import numpy as np, polarscan\n"
+                  "light = np.random.default_rng(1).random((600, 800), np.float32)\n"
+                  "pose = lambda x: np.c_[np.eye(3), [x, 0, 0]]\n"
+                  "views = [polarscan.View(light, [[800, 0, 400], [0, 800, 300], [0, 0, 1]], pose(x), (1, 9)) for x in range(4)]\n"
+                  "print('begun', flush=True)\n"
+                  "polarscan.stereo(views, preset='best')\n")
+        program = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.assertEqual(program.stdout.readline(), "begun\n")
+        time.sleep(3)
+        self.assertIsNone(program.poll(), "it was done before it could be stopped")
+        program.send_signal(signal.SIGINT)
+        _, error = program.communicate(timeout=20)
+        self.assertIn("KeyboardInterrupt", error)
 
     def test_an_option_that_is_not_there_is_named(self):
         view = polarscan.View(np.ones((8, 8)), np.diag([10, 10, 1]), np.eye(4), (1, 2))
