@@ -52,6 +52,7 @@ void AddDoctorCommand(CLI::App& app, Context& context);
 void AddEvaluateCommand(CLI::App& app, Context& context);
 void AddExportCommand(CLI::App& app, Context& context);
 void AddFuseCommand(CLI::App& app, Context& context);
+void AddHelpCommand(CLI::App& app, Context& context);
 void AddImportCommand(CLI::App& app, Context& context);
 void AddMeshCommand(CLI::App& app, Context& context);
 void AddReconstructCommand(CLI::App& app, Context& context);

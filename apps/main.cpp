@@ -75,6 +75,7 @@ void AddCommands(CLI::App& app, Context& context) {
   AddEvaluateCommand(app, context);
   AddReplayCommand(app, context);
   AddReportCommand(app, context);
+  AddHelpCommand(app, context);
 }
 
 int Run(int argc, char** argv) {

@@ -14,6 +14,7 @@ namespace {
 struct StereoArguments {
   std::filesystem::path scan;
   std::string shard;
+  int plan_shards = 0;
   double shard_wait_min = 60;
   StereoOptions options;
 };
@@ -54,6 +55,56 @@ void RunWorkspace(const StereoArguments& a, const StereoOptions& options, Contex
                              views, (folder / "stereo").string(), folder.string(), folder.string()));
 }
 
+// The options of the command line that the shards need too, as they were given.
+std::string Repeated(const nlohmann::json& given) {
+  std::string words;
+  for (const auto& [name, value] : given.items()) {
+    if (value.is_boolean())
+      words += (value.get<bool>() ? " --" : " --no-") + name;
+    else
+      words += fmt::format(" --{} {}", name, value.is_string() ? value.get<std::string>() : value.dump());
+  }
+  return words;
+}
+
+std::string StepLines(const StereoPlan& plan) {
+  std::string lines;
+  for (std::size_t i = 0; i < plan.steps.size(); ++i)
+    lines += fmt::format(
+        "  {:2}  {}: {}\n", i + 1, plan.steps[i].title,
+        i < plan.Next() ? "done" : fmt::format("{} of {} views done", plan.steps[i].done, plan.views));
+  return lines;
+}
+
+// What so many shards would do: the steps, and the commands to start.
+void Plan(const StereoArguments& a, const StereoOptions& options, const std::string& repeated,
+          const Context& context) {
+  const bool foreign = IsColmapWorkspace(a.scan);
+  if (foreign) AdoptColmapWorkspace(a.scan, context.progress);
+  const StereoPlan plan = PlanDepths(foreign ? a.scan : a.scan / "dense", options);
+  const int count = std::min(a.plan_shards, plan.views);
+  const std::string command = fmt::format("polarscan stereo {}{}", a.scan.string(), repeated);
+  nlohmann::json steps = nlohmann::json::array(), shards = nlohmann::json::array();
+  for (const StereoStep& step : plan.steps) steps.push_back({{"title", step.title}, {"done", step.done}});
+  std::string lines;
+  for (int i = 0; i < count; ++i) {
+    const std::string line = fmt::format("{} --shard {}/{}", command, i + 1, count);
+    shards.push_back({{"command", line}, {"views", Shard{i, count}.Share(plan.views)}});
+    lines += fmt::format("  {}    {} views\n", line, Shard{i, count}.Share(plan.views));
+  }
+  context.Finish(
+      {{"views", plan.views},
+       {"pixels", plan.pixels},
+       {"steps", steps},
+       {"next_step", plan.Next()},
+       {"shards", shards},
+       {"last", command}},
+      fmt::format("{} views, {:.1f} megapixels to estimate, {} steps:\n{}{} shards. Each waits for "
+                  "the others after every step, so all must run at the same time:\n{}and when all "
+                  "are done, once:\n  {}",
+                  plan.views, plan.pixels / 1e6, plan.steps.size(), StepLines(plan), count, lines, command));
+}
+
 void Run(const StereoArguments& a, const StereoOptions& options, Context& context) {
   if (IsColmapWorkspace(a.scan)) return RunWorkspace(a, options, context);
   if (!a.shard.empty()) return RunShard(a.scan / "dense", a, options, context);
@@ -81,9 +132,18 @@ void AddStereoCommand(CLI::App& app, Context& context) {
       ->add_option("--shard-wait", a->shard_wait_min, "Minutes to wait for a new map from the other shards")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
+  command
+      ->add_option("--plan", a->plan_shards,
+                   "Only say what there is to do and which commands do it in this many shards")
+      ->check(CLI::Range(1, 100000))
+      ->type_name("COUNT");
   AddOptions(*command, Table(a->options));
-  command->callback(
-      [a, command, &context] { Run(*a, StereoOptionsFrom(*command, a->options, context), context); });
+  command->callback([a, command, &context] {
+    const StereoOptions options = StereoOptionsFrom(*command, a->options, context);
+    if (a->plan_shards > 0)
+      return Plan(*a, options, Repeated(GivenOptions(*command, Table(a->options))), context);
+    Run(*a, options, context);
+  });
 }
 
 }  // namespace polarscan

@@ -67,7 +67,7 @@ void DoneList::Remove(const std::string& kind) {
   }
 }
 
-int DoneList::CountListed(const std::string& kind) const {
+int DoneList::Count(const std::string& kind) const {
   int count = 0;
   for (int view = 0; view < int(workspace_.views.size()); ++view)
     count += all_.contains(Key(view, kind)) && fs::exists(workspace_.NormalPath(view, kind));
@@ -77,13 +77,13 @@ int DoneList::CountListed(const std::string& kind) const {
 void DoneList::WaitForOthers(const std::string& kind, Progress& progress) {
   using Clock = std::chrono::steady_clock;
   const int wanted = int(workspace_.views.size());
-  int there = CountListed(kind);
+  int there = Count(kind);
   auto last_news = Clock::now();
   while (there < wanted) {
     progress.Check();
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
     Read();
-    const int now = CountListed(kind);
+    const int now = Count(kind);
     if (now != there) last_news = Clock::now();
     there = now;
     if (std::chrono::duration<double>(Clock::now() - last_news).count() > shard_.patience_s)

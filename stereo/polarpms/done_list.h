@@ -22,6 +22,8 @@ class DoneList {
   // Until the other shards have made their maps of this kind. Throws Error if no new one comes for as long as
   // the shard is willing to wait, and Cancelled.
   void WaitForOthers(const std::string& kind, Progress& progress);
+  // Views whose maps of this kind are listed and there; what is in them is not looked at.
+  int Count(const std::string& kind) const;
   // For all views, here or in other shards.
   bool IsDone(const std::string& kind) const;
 
@@ -30,7 +32,6 @@ class DoneList {
   std::filesystem::path OwnFile() const;
   void Read();
   nlohmann::json MapsIn(const std::filesystem::path& file) const;
-  int CountListed(const std::string& kind) const;
   std::string Key(int view, const std::string& kind) const {
     return workspace_.views[std::size_t(view)].name + "." + kind;
   }

@@ -14,6 +14,7 @@
 #include "stereo/polarpms/cost.h"
 #include "stereo/polarpms/done_list.h"
 #include "stereo/polarpms/filter.h"
+#include "stereo/polarpms/levels.h"
 #include "stereo/polarpms/stage_inputs.h"
 #include "stereo/rounds/round.h"
 #include "stereo/rounds/surface_matching.h"
@@ -22,9 +23,6 @@ namespace fs = std::filesystem;
 
 namespace polarscan {
 namespace {
-
-constexpr double kFewestPixels = 5000;  // of the object in a view of the coarsest level
-constexpr double kThinnest = 30;        // px there, mean width of the object's parts: less than three windows
 
 enum class Work { kSearch, kMatching, kRound };
 
@@ -37,9 +35,9 @@ struct Step {
   float sharpness = 1;  // of a round
 };
 
-// The coarsest level: a search, then rounds. Finer ones: a search while there are search levels left. At full
-// size, also if it is the only one, and at all between: refinements, each of them a matching on the surface
-// and a round.
+// The coarsest level: a search, then rounds. Finer ones: a search while there are search levels left, then
+// refinements, each of them a matching on the surface and a round. The coarsest has them too where it is the
+// full size.
 std::vector<Step> PlanSteps(const StereoOptions& options, int levels) {
   std::vector<Step> steps;
   int halvings = levels - 1, searches = 0;
@@ -72,30 +70,6 @@ std::vector<Step> PlanSteps(const StereoOptions& options, int levels) {
   return steps;
 }
 
-// Of an object in pictures, px.
-struct Extent {
-  double area = 0, outline = 0;
-  Extent& operator+=(const Extent& more) {
-    area += more.area, outline += more.outline;
-    return *this;
-  }
-  double Width() const { return 2 * area / std::max(outline, 1e-3); }  // of a strip, its width
-};
-
-// The outline's length from the sides between pixels that it runs along: 4/pi of it, on the mean over all
-// directions. The picture's border does not count.
-Extent Measure(const Image<std::uint8_t>& mask) {
-  std::size_t area = 0, sides = 0;
-  for (int y = 0; y < mask.height(); ++y)
-    for (int x = 0; x < mask.width(); ++x) {
-      const bool here = mask(x, y) != 0;
-      area += here;
-      if (x > 0) sides += here != (mask(x - 1, y) != 0);
-      if (y > 0) sides += here != (mask(x, y - 1) != 0);
-    }
-  return {double(area), double(sides) * std::numbers::pi / 4};
-}
-
 class MultilevelStage {
  public:
   MultilevelStage(const Workspace& workspace, const StereoOptions& options, std::uint64_t input_hash,
@@ -106,7 +80,7 @@ class MultilevelStage {
         progress_(progress),
         scale_(GrayScale(workspace)),
         done_(workspace, input_hash, shard),
-        steps_(PlanSteps(options, Levels())) {}
+        steps_(PlanSteps(options, Levels(workspace, options))) {}
 
   void Run() {
     std::size_t first = steps_.size();  // the step after the last one that is done for all views
@@ -122,23 +96,6 @@ class MultilevelStage {
 
  private:
   int Count() const { return int(workspace_.views.size()); }
-
-  // So many that the coarsest pictures still show something: enough of the object, and its thin parts.
-  int Levels() const {
-    Extent extent;
-    for (int view = 0; view < Count(); ++view) {
-      const Image<std::uint8_t> mask =
-          options_.masks ? ReadViewMask(workspace_, view) : Image<std::uint8_t>();
-      const Pinhole& camera = workspace_.views[std::size_t(view)].camera;
-      extent += mask.empty() ? Extent{double(camera.width) * camera.height, 0} : Measure(mask);
-    }
-    int levels = 1;
-    const auto at = [](double value, int level) { return value / std::pow(2, level); };
-    while (levels < options_.levels && at(at(extent.area / Count(), levels), levels) >= kFewestPixels &&
-           at(extent.Width(), levels) >= kThinnest)
-      ++levels;
-    return levels;
-  }
 
   bool IsLast(const Step& step) const { return step.kind == steps_.back().kind; }
 
@@ -159,7 +116,7 @@ class MultilevelStage {
     Cache<DepthNormalMap> maps(
         cache_bytes / 2, [&](int v) { return MapsBefore(step, v); },
         [](const DepthNormalMap& m) { return BytesOf(m); });
-    progress_.Begin(step.title, std::size_t((Count() - shard_.index + shard_.count - 1) / shard_.count));
+    progress_.Begin(step.title, std::size_t(shard_.Share(Count())));
     for (int view = shard_.index; view < Count(); view += shard_.count) {
       progress_.Check();
       if (!done_.IsDone(view, step.kind)) {
@@ -296,6 +253,13 @@ class MultilevelStage {
 };
 
 }  // namespace
+
+std::vector<StereoStep> MultilevelSteps(const Workspace& workspace, const StereoOptions& options) {
+  std::vector<StereoStep> steps;
+  for (const Step& step : PlanSteps(options, Levels(workspace, options)))
+    steps.push_back({step.title, step.kind});
+  return steps;
+}
 
 void RunMultilevel(const Workspace& workspace, const StereoOptions& options, std::uint64_t input_hash,
                    const Shard& shard, Progress& progress) {

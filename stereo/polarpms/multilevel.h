@@ -4,6 +4,7 @@
 
 #include "core/progress.h"
 #include "stereo/polarpms/options.h"
+#include "stereo/polarpms/plan.h"
 #include "stereo/polarpms/shard.h"
 #include "stereo/workspace.h"
 
@@ -15,5 +16,8 @@ namespace polarscan {
 // the "geometric" ones. input_hash: of everything that the maps depend on. Throws Cancelled.
 void RunMultilevel(const Workspace& workspace, const StereoOptions& options, std::uint64_t input_hash,
                    const Shard& shard, Progress& progress);
+
+// The steps of that schedule, none of them marked as done.
+std::vector<StereoStep> MultilevelSteps(const Workspace& workspace, const StereoOptions& options);
 
 }  // namespace polarscan

@@ -8,6 +8,9 @@ namespace polarscan {
 struct Shard {
   int index = 0, count = 1;
   double patience_s = 3600;  // without a new map from the others, where theirs are needed
+
+  // How many of so many views are this shard's.
+  int Share(int views) const { return (views - index + count - 1) / count; }
 };
 
 }  // namespace polarscan

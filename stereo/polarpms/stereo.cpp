@@ -7,6 +7,7 @@
 #include "stereo/polarpms/done_list.h"
 #include "stereo/polarpms/filter.h"
 #include "stereo/polarpms/hull.h"
+#include "stereo/polarpms/levels.h"
 #include "stereo/polarpms/multilevel.h"
 #include "stereo/polarpms/stage_inputs.h"
 #include "stereo/polarpms/sweep.h"
@@ -49,7 +50,7 @@ class SequentialStage {
 
   void RunPass(const std::string& kind, int first_sweep, int iterations) {
     const int count = int(workspace_.views.size());
-    progress_.Begin(kind + " pass", std::size_t((count - shard_.index + shard_.count - 1) / shard_.count));
+    progress_.Begin(kind + " pass", std::size_t(shard_.Share(count)));
     for (int view = shard_.index; view < count; view += shard_.count) {
       progress_.Check();
       if (!done_.IsDone(view, kind)) EstimateView(view, kind, first_sweep, iterations);
@@ -100,6 +101,20 @@ class SequentialStage {
 };
 
 }  // namespace
+
+StereoPlan PlanDepths(const fs::path& dense, const StereoOptions& options) {
+  const Workspace workspace = ReadWorkspace(dense);
+  StereoPlan plan{int(workspace.views.size()), ObjectPixels(workspace, options), {}};
+  if (options.schedule == "checkerboard")
+    plan.steps = MultilevelSteps(workspace, options);
+  else
+    plan.steps = {{"photometric pass", kPhotometric}};
+  if (options.schedule != "checkerboard" && options.geometric_iterations > 0)
+    plan.steps.push_back({"geometric pass", kGeometric});
+  const DoneList done(workspace, InputHash(workspace, options));
+  for (StereoStep& step : plan.steps) step.done = done.Count(step.kind);
+  return plan;
+}
 
 void EstimateDepths(const fs::path& dense, const StereoOptions& options, Progress& progress,
                     const Shard& shard) {

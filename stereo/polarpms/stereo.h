@@ -4,6 +4,7 @@
 
 #include "core/progress.h"
 #include "stereo/polarpms/options.h"
+#include "stereo/polarpms/plan.h"
 #include "stereo/polarpms/shard.h"
 
 namespace polarscan {
@@ -17,5 +18,8 @@ namespace polarscan {
 // Shards make the same bytes as one program: each makes its views and waits for the others' between passes.
 void EstimateDepths(const std::filesystem::path& dense, const StereoOptions& options, Progress& progress,
                     const Shard& shard = {});
+
+// What EstimateDepths would do, and how much of it is done. Throws Error if the workspace is damaged.
+StereoPlan PlanDepths(const std::filesystem::path& dense, const StereoOptions& options);
 
 }  // namespace polarscan

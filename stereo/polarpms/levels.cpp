@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/polarpms/levels.h"
+
+#include <algorithm>
+#include <numbers>
+
+namespace polarscan {
+namespace {
+
+constexpr double kFewestPixels = 5000;  // of the object in a view of the coarsest level
+constexpr double kThinnest = 30;        // px there, mean width of the object's parts
+
+// Of the object in pictures, px.
+struct Extent {
+  double area = 0, outline = 0;
+  double Width() const { return 2 * area / std::max(outline, 1e-3); }  // of a long strip: its width
+};
+
+// The outline's length from the sides between pixels that it runs along: 4/pi of it, on the mean over all
+// directions. The picture's border does not count.
+Extent Measure(const Image<std::uint8_t>& mask) {
+  std::size_t area = 0, sides = 0;
+  for (int y = 0; y < mask.height(); ++y)
+    for (int x = 0; x < mask.width(); ++x) {
+      const bool here = mask(x, y) != 0;
+      area += here;
+      if (x > 0) sides += here != (mask(x - 1, y) != 0);
+      if (y > 0) sides += here != (mask(x, y - 1) != 0);
+    }
+  return {double(area), double(sides) * std::numbers::pi / 4};
+}
+
+// The sum over all views.
+Extent MeasureObject(const Workspace& workspace, const StereoOptions& options) {
+  Extent sum;
+  for (int view = 0; view < int(workspace.views.size()); ++view) {
+    const Image<std::uint8_t> mask = options.masks ? ReadViewMask(workspace, view) : Image<std::uint8_t>();
+    const Pinhole& camera = workspace.views[std::size_t(view)].camera;
+    const Extent extent = mask.empty() ? Extent{double(camera.width) * camera.height, 0} : Measure(mask);
+    sum.area += extent.area, sum.outline += extent.outline;
+  }
+  return sum;
+}
+
+}  // namespace
+
+double ObjectPixels(const Workspace& workspace, const StereoOptions& options) {
+  return MeasureObject(workspace, options).area;
+}
+
+int Levels(const Workspace& workspace, const StereoOptions& options) {
+  const Extent extent = MeasureObject(workspace, options);
+  double pixels = extent.area / double(workspace.views.size()), width = extent.Width();
+  int levels = 0;
+  do ++levels, pixels /= 4, width /= 2;
+  while (levels < options.levels && pixels >= kFewestPixels && width >= kThinnest);
+  return levels;
+}
+
+}  // namespace polarscan
