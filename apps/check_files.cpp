@@ -135,15 +135,9 @@ void CheckWorkspace(const fs::path& folder) {
 }
 
 void CheckPicture(const fs::path& path) {
-  const std::string extension = path.extension().string();
-  if (extension == ".tif" || extension == ".tiff") {
-    try {
-      ReadFloatTiff(path);
-      return;
-    } catch (const Error&) {  // of other pixels, perhaps; a damaged one is no picture either
-    }
-  }
-  ReadPicture(path);
+  const Picture picture = ReadPicture(path);
+  const bool tiff = path.extension() == ".tif" || path.extension() == ".tiff";
+  if (tiff && picture.bits == 32) ReadFloatTiff(path);  // all of its pages
 }
 
 }  // namespace polarscan
