@@ -5,12 +5,14 @@
 #include <csignal>
 #include <cstdlib>
 #include <limits>
+#include <new>
 #include <optional>
 #include <string_view>
 
 #include <unistd.h>
 
 #include "apps/command.h"
+#include "apps/memory_limit.h"
 #include "core/error.h"
 
 namespace polarscan {
@@ -99,11 +101,19 @@ int Run(int argc, char** argv) {
   });
 
   StopOnInterrupt(terminal);
+  LimitMemory();
   try {
     app.parse(argc, argv);
     return context.data_lost ? kDataLost : context.not_ready ? kFailed : kDone;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kDone : kWrongUsage;
+  } catch (const std::bad_alloc&) {
+    terminal.End();
+    terminal.Fail(
+        "there is not enough memory for this: close other programs, or give a smaller --max-image-size or "
+        "fewer "
+        "--threads; the same command again goes on where it stopped");
+    return kFailed;
   } catch (const std::exception& error) {
     terminal.End();
     terminal.Fail(error.what());

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "apps/stages.h"
 
 namespace polarscan {
@@ -15,15 +17,12 @@ struct Arguments {
   UndistortOptions dense;
   StereoOptions stereo;
   FusionOptions fusion;
-  bool make_mesh = true;
+  bool make_mesh = true, dry_run = false;
   MeshOptions mesh;
 };
 
 // The whole pipeline, one line a stage.
-void Reconstruct(const Arguments& a, Context& context) {
-  const Input input = OpenInput(a.input, a.meaning);
-  context.progress.Info(fmt::format("{} views, {}", input.views.size(), ToString(input.kind)));
-  Scan scan = Scan::OpenOrCreate(a.scan, a.input, Fingerprint(a.input, a.scan), context.progress);
+void RunStages(Scan& scan, const Input& input, const Arguments& a) {
   RunViews(scan, input, a.demosaic);
   RunSfm(scan, input.known_model, a.sfm);
   RunDense(scan, a.dense);
@@ -31,6 +30,24 @@ void Reconstruct(const Arguments& a, Context& context) {
   RunFusion(scan, a.fusion);
   if (a.make_mesh) RunMesh(scan, a.mesh);
   RunReport(scan);
+}
+
+void ShowPlan(const Scan& scan, const Context& context) {
+  nlohmann::json plan = nlohmann::json::array();
+  for (const PlannedStage& stage : scan.plan())
+    plan.push_back({{"stage", stage.name}, {"done", stage.done}, {"why", stage.why}});
+  const auto count = std::ranges::count(scan.plan(), false, &PlannedStage::done);
+  context.Finish({{"plan", plan}},
+                 count ? fmt::format("{} stages would be made", count) : "nothing would be made");
+}
+
+void Reconstruct(const Arguments& a, Context& context) {
+  const Input input = OpenInput(a.input, a.meaning);
+  context.progress.Info(fmt::format("{} views, {}", input.views.size(), ToString(input.kind)));
+  const auto open = a.dry_run ? Scan::Plan : Scan::OpenOrCreate;
+  Scan scan = open(a.scan, a.input, Fingerprint(a.input, a.scan), context.progress);
+  RunStages(scan, input, a);
+  if (a.dry_run) return ShowPlan(scan, context);
   context.data_lost = MapsWereDamaged(scan);
   context.Finish(scan.state(),
                  fmt::format("cloud:  {}\n{}report: {}", scan.cloud().string(),
@@ -48,6 +65,7 @@ void AddReconstructCommand(CLI::App& app, Context& context) {
       ->required()
       ->check(CLI::ExistingDirectory);
   command->add_option("-o,--output", a->scan, "The scan's folder")->required()->type_name("SCAN");
+  command->add_flag("--dry-run", a->dry_run, "Only says which stages would be made, and why");
   AddOptions(*command, Table(a->meaning), "Input");
   AddOptions(*command, Table(a->demosaic), "Demosaicing");
   AddOptions(*command, Table(a->sfm), "Structure from motion");

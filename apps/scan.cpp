@@ -14,6 +14,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/temporaries.h"
 
 namespace polarscan {
 namespace fs = std::filesystem;
@@ -36,32 +37,35 @@ int Lock(const fs::path& folder) {
 
 bool IsHidden(const fs::path& path) { return path.filename().string().starts_with('.'); }
 
-// All regular files at or below a path, sorted; nothing if it does not exist.
-std::vector<fs::path> FilesBelow(const fs::path& path) {
-  std::vector<fs::path> files;
-  if (fs::is_regular_file(path)) files.push_back(path);
-  if (fs::is_directory(path)) {
-    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(path))
-      if (entry.is_regular_file() && !IsHidden(entry.path())) files.push_back(entry.path());
-  }
-  std::sort(files.begin(), files.end());
-  return files;
+struct StageFiles {
+  std::string stage;
+  std::vector<fs::path> outputs;  // relative to the scan folder; the first one is always there, others may be
+};
+
+const std::vector<StageFiles>& AllStageFiles() {
+  static const std::vector<StageFiles> all = {
+      {"views", {"views"}},
+      {"sfm", {"sfm/model"}},
+      {"dense",
+       {"dense/views.json", "dense/images", "dense/polar", "dense/masks", "dense/sparse",
+        "dense/stereo/patch-match.cfg", "dense/stereo/fusion.cfg"}},
+      {"stereo", {"dense/stereo/depth_maps", "dense/stereo/normal_maps"}},
+      {"fusion", {"cloud.ply"}},
+      {"mesh", {"mesh.ply"}},
+      {"report", {"report.html"}}};
+  return all;
 }
 
-// Names and sizes of a stage's outputs; empty if one of them is missing.
-std::string OutputListing(const fs::path& folder, const std::vector<fs::path>& outputs) {
-  std::string listing;
-  for (const fs::path& output : outputs) {
-    const std::vector<fs::path> files = FilesBelow(folder / output);
-    if (files.empty()) return "";
-    for (const fs::path& file : files)
-      listing += fmt::format("{} {}\n", file.lexically_relative(folder).string(), fs::file_size(file));
-  }
-  return ToHex(Hash(listing));
+const std::vector<fs::path>& OutputsOf(const std::string& stage) {
+  return std::ranges::find(AllStageFiles(), stage, &StageFiles::stage)->outputs;
 }
 
-std::string HashStage(const Stage& stage, const std::string& before) {
-  return ToHex(Hash(before + stage.name + stage.options.dump() + POLARSCAN_VERSION));
+// What killed programs left where this stage writes.
+void RemoveTemporariesOf(const fs::path& folder, const std::string& stage) {
+  for (const fs::path& output : OutputsOf(stage)) {
+    RemoveTemporaries((folder / output).parent_path(), Below::kNo);
+    RemoveTemporaries(folder / output, Below::kYes);
+  }
 }
 
 double SecondsSince(std::chrono::steady_clock::time_point begin) {
@@ -75,7 +79,7 @@ nlohmann::json StageRecord(const nlohmann::json& state, const std::string& stage
 
 nlohmann::json AllWarnings(const nlohmann::json& state) {
   nlohmann::json all = nlohmann::json::array();
-  for (const char* stage : {"views", "sfm", "dense", "stereo", "fusion", "mesh", "report"}) {
+  for (const std::string& stage : StageNames()) {
     const nlohmann::json warnings = StageRecord(state, stage).value("warnings", nlohmann::json::array());
     all.insert(all.end(), warnings.begin(), warnings.end());
   }
@@ -91,27 +95,76 @@ std::string CountsText(const nlohmann::json& counts) {
   return text;
 }
 
+// "sigma-color: 0.2 -> 0.3", the first one that differs.
+std::string ChangedOption(const nlohmann::json& before, const nlohmann::json& now,
+                          const std::string& prefix = "") {
+  for (const auto& [name, value] : now.items()) {
+    const nlohmann::json old = before.is_object() ? before.value(name, nlohmann::json()) : nlohmann::json();
+    if (old == value) continue;
+    if (value.is_object()) return ChangedOption(old, value, name + " ");
+    return fmt::format("{}{}: {} -> {}", prefix, name, old.dump(), value.dump());
+  }
+  return "other options";
+}
+
 }  // namespace
 
-Scan::Scan(const fs::path& folder, Terminal& terminal)
-    : folder_(folder), terminal_(&terminal), lock_(Lock(folder)) {}
+const std::vector<std::string>& StageNames() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (const StageFiles& files : AllStageFiles()) all.push_back(files.stage);
+    return all;
+  }();
+  return names;
+}
+
+Scan::Scan(const fs::path& folder, Terminal& terminal, Mode mode)
+    : folder_(folder), terminal_(&terminal), mode_(mode), checksums_(folder) {
+  if (mode == Mode::kWork) lock_ = Lock(folder);
+}
 
 Scan::Scan(Scan&& other) noexcept
     : folder_(std::move(other.folder_)),
       terminal_(other.terminal_),
+      mode_(other.mode_),
       state_(std::move(other.state_)),
-      chain_(std::move(other.chain_)),
+      checksums_(std::move(other.checksums_)),
+      input_(std::move(other.input_)),
+      before_(std::move(other.before_)),
+      plan_(std::move(other.plan_)),
       lock_(std::exchange(other.lock_, -1)) {}
 
 Scan::~Scan() {
   if (lock_ >= 0) ::close(lock_);
 }
 
+// A damaged scan.json costs no result: what the stages left is found out again.
+void Scan::ReadState() {
+  const fs::path path = folder_ / kFile;
+  if (!fs::exists(path)) return;
+  try {
+    state_ = ReadJson(path);
+    if (!state_.is_object() || !state_.value("stages", nlohmann::json::object()).is_object())
+      throw Error("this is not what a scan.json holds", path.string());
+  } catch (const Error& problem) {
+    state_ = nlohmann::json::object();
+    if (mode_ == Mode::kWork) fs::rename(path, folder_ / "scan.json.damaged");
+    terminal_->Warn(
+        fmt::format("{}; kept as scan.json.damaged, each stage is looked at again", problem.what()));
+  }
+}
+
+void Scan::CheckInput(const std::string& input) const {
+  const std::string before = state_.value("input", input);
+  if (before != input)
+    throw Error(fmt::format("this is a scan of another input ({})", before), folder_.string(),
+                "Choose another folder with -o");
+}
+
 Scan Scan::OpenOrCreate(const fs::path& folder, const fs::path& input, std::uint64_t fingerprint,
                         Terminal& terminal) {
-  const std::string input_name = fs::weakly_canonical(input).string();
-  const bool exists = fs::exists(folder / kFile);
-  if (!exists && fs::is_directory(folder)) {
+  const bool is_scan = fs::exists(folder / kFile) || fs::exists(folder / "scan.json.damaged");
+  if (!is_scan && fs::is_directory(folder)) {
     for (const fs::directory_entry& entry : fs::directory_iterator(folder))
       if (!IsHidden(entry.path()))
         throw Error("this folder holds other files and no scan", folder.string(),
@@ -119,17 +172,22 @@ Scan Scan::OpenOrCreate(const fs::path& folder, const fs::path& input, std::uint
   }
   CreateFolder(folder);
   Scan scan(folder, terminal);
-  if (exists) {
-    scan.state_ = ReadJson(folder / kFile);
-    const std::string before = scan.state_.value("input", "");
-    if (before != input_name)
-      throw Error(fmt::format("this is a scan of another input ({})", before), folder.string(),
-                  "Choose another folder with -o");
-  }
+  scan.ReadState();
+  const std::string input_name = fs::weakly_canonical(input).string();
+  scan.CheckInput(input_name);
   scan.state_["input"] = input_name;
   scan.state_["version"] = POLARSCAN_VERSION;
-  scan.chain_ = ToHex(fingerprint);
+  scan.input_ = ToHex(fingerprint);
   scan.Save();
+  return scan;
+}
+
+Scan Scan::Plan(const fs::path& folder, const fs::path& input, std::uint64_t fingerprint,
+                Terminal& terminal) {
+  Scan scan(folder, terminal, Mode::kPlan);
+  scan.ReadState();
+  scan.CheckInput(fs::weakly_canonical(input).string());
+  scan.input_ = ToHex(fingerprint);
   return scan;
 }
 
@@ -142,27 +200,65 @@ Scan Scan::Open(const fs::path& folder, Terminal& terminal) {
   return scan;
 }
 
-bool Scan::IsDone(const Stage& stage, const std::string& hash) const {
+// Empty if it is done.
+std::string Scan::WhyNotDone(const Stage& stage) const {
   const nlohmann::json record = StageRecord(state_, stage.name);
-  if (record.value("state", "") != "done" || record.value("hash", "") != hash) return false;
-  if (record.value("/counts/damaged"_json_pointer, 0) > 0) return false;
-  const std::string listing = OutputListing(folder_, stage.outputs);
-  return !listing.empty() && listing == record.value("outputs", "");
+  const std::string how = record.value("state", "");
+  if (how.empty()) return "it was not made yet";
+  if (how == "running") return "it was stopped on the way";
+  if (how != "done") return "it failed: " + record.value("error", "");
+  if (record.value("version", "") != POLARSCAN_VERSION) return "another version of polarscan made it";
+  const nlohmann::json options = state_.value("options", nlohmann::json::object());
+  if (options.value(stage.name, nlohmann::json()) != stage.options)
+    return ChangedOption(options.value(stage.name, nlohmann::json()), stage.options);
+  const nlohmann::json before = record.value("before", nlohmann::json::object());
+  for (const auto& [name, digest] : before_.items())
+    if (before.value(name, "") != digest) return fmt::format("stage {} has another result now", name);
+  if (record.value("inputs", "") != stage.inputs) return "what it is made from has changed";
+  if (const int damaged = record.value("/counts/damaged"_json_pointer, 0); damaged > 0)
+    return fmt::format("{} damaged views were left out", damaged);
+  const FileSums found = checksums_.Measure(OutputsOf(stage.name));
+  if (Digest(found) == record.value("outputs", "")) return "";
+  const std::string difference = Difference(checksums_.Recorded(stage.name), found);
+  return difference.empty() ? "its files were changed" : difference;
+}
+
+// The files of a stage are input of the ones after it.
+void Scan::Follow(const std::string& stage) { before_[stage] = Digest(checksums_.Measure(OutputsOf(stage))); }
+
+void Scan::AddToPlan(const Stage& stage) {
+  std::string why = WhyNotDone(stage);
+  const auto remade = std::ranges::find(plan_, false, &PlannedStage::done);
+  if (why.empty() && remade != plan_.end())
+    why = fmt::format("unless stage {} comes out the same again", remade->name);
+  const bool done = why.empty();
+  plan_.push_back({stage.name, done, why});
+  terminal_->Info(done ? fmt::format("{:<8} done before", stage.name)
+                       : fmt::format("{:<8} to be made: {}", stage.name, why));
+  if (done) Follow(stage.name);  // what a stage to be made will leave, nobody knows
 }
 
 void Scan::Run(const Stage& stage, const Work& work) {
   terminal_->Check();
-  const std::string hash = HashStage(stage, chain_);
-  chain_ = hash;
-  if (IsDone(stage, hash)) {
+  if (mode_ == Mode::kPlan) return AddToPlan(stage);
+  if (const std::string why = WhyNotDone(stage); why.empty()) {
     terminal_->Info(fmt::format("{:<8} done before", stage.name));
-    return;
+  } else {
+    if (!StageRecord(state_, stage.name).empty())
+      terminal_->Info(fmt::format("{:<8} again: {}", stage.name, why));
+    Make(stage, work);
   }
+  Follow(stage.name);
+}
+
+void Scan::Make(const Stage& stage, const Work& work) {
   terminal_->TakeWarnings();
   state_["options"][stage.name] = stage.options;
   state_["options_hash"] = ToHex(Hash(state_["options"].dump()));
   nlohmann::json& record = state_["stages"][stage.name];
-  record = {{"state", "running"}, {"hash", hash}};
+  record = {
+      {"state", "running"}, {"version", POLARSCAN_VERSION}, {"inputs", stage.inputs}, {"before", before_}};
+  RemoveTemporariesOf(folder_, stage.name);
   Save();
 
   const auto begin = std::chrono::steady_clock::now();
@@ -175,9 +271,11 @@ void Scan::Run(const Stage& stage, const Work& work) {
   };
   try {
     record["counts"] = work(*terminal_);
-    record["outputs"] = OutputListing(folder_, stage.outputs);
-    if (record["outputs"] == "")
-      throw Error("this stage left no result", (folder_ / stage.outputs.front()).string());
+    const FileSums made = checksums_.Measure(OutputsOf(stage.name));
+    if (FilesBelow(folder_ / OutputsOf(stage.name).front()).empty())
+      throw Error("this stage left no result", (folder_ / OutputsOf(stage.name).front()).string());
+    checksums_.Record(stage.name, made);
+    record["outputs"] = Digest(made);
     finish("done");
   } catch (const Cancelled&) {
     throw;  // it stays "running": the next run goes on with it
@@ -194,12 +292,53 @@ void Scan::Run(const Stage& stage, const Work& work) {
                               FormatDuration(record["seconds"].get<double>())));
 }
 
-void Scan::ContinueAfter(const std::string& name) {
-  const nlohmann::json record = StageRecord(state_, name);
-  if (record.value("state", "") != "done")
-    throw Error(fmt::format("stage '{}' of this scan is not done", name), folder_.string(),
-                "Run polarscan reconstruct first; it goes on where it stopped");
-  chain_ = record.value("hash", "");
+void Scan::ContinueAfter(const std::string& last) {
+  for (const std::string& name : StageNames()) {
+    const nlohmann::json record = StageRecord(state_, name);
+    if (record.value("state", "") != "done")
+      throw Error(fmt::format("stage '{}' of this scan is not done", name), folder_.string(),
+                  "Run polarscan reconstruct first; it goes on where it stopped");
+    const nlohmann::json before = record.value("before", nlohmann::json::object());
+    for (const auto& [earlier, digest] : before.items())
+      if (before_.value(earlier, digest.get<std::string>()) != digest)
+        throw Error(
+            fmt::format("stage '{}' of this scan was made from another result of stage '{}'", name, earlier),
+            folder_.string(), "Run polarscan reconstruct again, or the stages in their order");
+    Follow(name);
+    if (record.contains("outputs") && before_[name] != record["outputs"])
+      terminal_->Warn(
+          fmt::format("stage {} is taken as it is, though {}", name,
+                      Difference(checksums_.Recorded(name), checksums_.Measure(OutputsOf(name)))));
+    if (name == last) return;
+  }
+}
+
+std::vector<ScanFinding> Scan::Check() const {
+  std::vector<ScanFinding> findings;
+  for (const std::string& stage : StageNames()) {
+    const nlohmann::json record = StageRecord(state_, stage);
+    if (record.value("state", "") != "done") continue;
+    const FileSums &recorded = checksums_.Recorded(stage), found = checksums_.Measure(OutputsOf(stage), true);
+    const std::size_t before = findings.size();
+    for (const FileDifference& d : Differences(recorded, found))
+      findings.push_back({stage, d.file, d.file + " " + d.what});
+    const std::string digest = record.value("outputs", "");
+    if (findings.size() == before && Digest(found) != digest)
+      findings.push_back(
+          {stage, "", digest.empty() ? "it was made without checksums" : "its checksums are damaged"});
+  }
+  return findings;
+}
+
+std::vector<ScanFinding> Scan::Repair() {
+  std::vector<ScanFinding> findings = Check();
+  for (ScanFinding& finding : findings) {
+    if (finding.file.empty() || !fs::exists(folder_ / finding.file)) continue;
+    finding.moved_to = (fs::path("damaged") / finding.file).string();
+    CreateFolder((folder_ / finding.moved_to).parent_path());
+    fs::rename(folder_ / finding.file, folder_ / finding.moved_to);
+  }
+  return findings;
 }
 
 void Scan::Note(const std::string& group, const std::string& key, const nlohmann::json& value) {

@@ -1,55 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "acquisition/session/exchange.h"
 #include "apps/command.h"
 
 namespace polarscan {
 namespace {
-
-nlohmann::json ToJson(const Session& session) {
-  nlohmann::json missing = nlohmann::json::array();
-  for (const MissingFrames& m : session.missing)
-    missing.push_back({{"first", m.first}, {"count", m.count}, {"reason", m.reason}});
-  return {{"session", session.folder.string()},
-          {"state", session.info.closed ? "closed" : "recording"},
-          {"frames", session.frames.size()},
-          {"counts", ToJson(session.info.counts)},
-          {"missing", missing},
-          {"unfinished", session.unfinished},
-          {"damage", session.damage}};
-}
-
-// Where the camera's clock did not go on as ours did.
-std::string ClockJumps(const Session& session) {
-  std::string text;
-  for (std::size_t i = 1; i < session.frames.size(); ++i) {
-    const StoredFrame &before = session.frames[i - 1], &now = session.frames[i];
-    const double jump = before.segment == now.segment ? ClockJump(before.info, now.info) : 0;
-    if (std::abs(jump) > kClockJump_s)
-      text += fmt::format("{}by {:.1f} s at frame {}", text.empty() ? "" : ", ", jump, now.info.sequence);
-  }
-  return text;
-}
-
-void Check(const std::string& folder, bool repair, Context& context) {
-  if (!IsSession(folder))
-    throw Error("only sessions can be checked yet, and this is none", folder, "A session has a session.json");
-  Session session = OpenSession(folder, Verify::kPayloads);
-  for (const std::string& text : session.unfinished) context.progress.Info("not finished: " + text);
-  for (const std::string& text : session.damage) context.progress.Warn(text);
-  const std::string jumps = ClockJumps(session);
-  if (!jumps.empty()) context.progress.Info("the camera's clock jumped " + jumps);
-  const FrameCounts counts = session.info.counts;
-  context.data_lost = !session.damage.empty() || counts.lost + counts.dropped > 0;
-  const nlohmann::json found = ToJson(session);
-  std::string text = fmt::format("{} whole frames; {}", session.frames.size(), Describe(counts));
-  if (!session.info.closed) text += repair ? "; now closed" : "; it was not closed (--repair does that)";
-  if (repair) RepairSession(session);
-  context.Finish(found, text);
-}
 
 void Import(const std::string& folder, const InputOptions& options, const std::string& session,
             Context& context) {
@@ -80,18 +36,9 @@ void ExportByAngle(const std::string& folder, const InputOptions& options, const
 struct Arguments {
   std::string from, to, format = "tiff", as = "mosaic";
   InputOptions input;
-  bool repair = false;
 };
 
 }  // namespace
-
-void AddCheckCommand(CLI::App& app, Context& context) {
-  auto a = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("check", "Is this session sound? What was lost?");
-  command->add_option("PATH", a->from, "A session")->required()->check(CLI::ExistingDirectory);
-  command->add_flag("--repair", a->repair, "Cut off what was not finished and close the session");
-  command->callback([a, &context] { Check(a->from, a->repair, context); });
-}
 
 void AddImportCommand(CLI::App& app, Context& context) {
   auto a = std::make_shared<Arguments>();

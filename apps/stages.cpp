@@ -4,14 +4,26 @@
 #include "apps/report.h"
 #include "apps/views.h"
 #include "core/error.h"
+#include "core/files.h"
 #include "stereo/workspace.h"
 
 namespace polarscan {
 namespace fs = std::filesystem;
+namespace {
+
+// Names and contents.
+std::string HashOfFiles(const fs::path& folder) {
+  std::uint64_t hash = 0;
+  for (const fs::path& file : FilesBelow(folder)) hash = HashFile(file, Hash(file.filename().string(), hash));
+  return ToHex(hash);
+}
+
+}  // namespace
 
 void RunViews(Scan& scan, const Input& input, const DemosaicOptions& options) {
   DemosaicOptions effective = options;
-  const Stage stage{"views", {"views"}, {{"input", Meaning(input)}, {"demosaic", ToJson(Table(effective))}}};
+  const Stage stage{
+      "views", {{"input", Meaning(input)}, {"demosaic", ToJson(Table(effective))}}, scan.input()};
   scan.Run(stage, [&](Progress& progress) -> nlohmann::json {
     MakeStokesViews(input, scan.views(), options, progress);
     scan.Note("views", "total", input.views.size());
@@ -22,8 +34,9 @@ void RunViews(Scan& scan, const Input& input, const DemosaicOptions& options) {
 
 void RunSfm(Scan& scan, const std::optional<fs::path>& known_model, const SfmOptions& options) {
   SfmOptions effective = options;
-  Stage stage{"sfm", {"sfm/model"}, ToJson(Table(effective))};
+  Stage stage{"sfm", ToJson(Table(effective))};
   stage.options["known-poses"] = known_model ? known_model->string() : "";
+  if (known_model) stage.inputs = HashOfFiles(*known_model);
   scan.Run(stage, [&](Progress& progress) -> nlohmann::json {
     const SparseModel model = EstimatePoses(scan.views(), scan.sfm(), known_model, options, progress);
     scan.Note("views", "registered", model.images.size());
@@ -33,9 +46,7 @@ void RunSfm(Scan& scan, const std::optional<fs::path>& known_model, const SfmOpt
 
 void RunDense(Scan& scan, const UndistortOptions& options) {
   UndistortOptions effective = options;
-  const Stage stage{
-      "dense", {"dense/views.json", "dense/images", "dense/polar", "dense/sparse"}, ToJson(Table(effective))};
-  scan.Run(stage, [&](Progress& progress) -> nlohmann::json {
+  scan.Run({"dense", ToJson(Table(effective))}, [&](Progress& progress) -> nlohmann::json {
     Undistort(scan.views(), ReadSparseModel(scan.sfm() / "model"), scan.dense(), options, progress);
     return {{"views", ReadWorkspace(scan.dense()).views.size()}};
   });
@@ -43,9 +54,7 @@ void RunDense(Scan& scan, const UndistortOptions& options) {
 
 void RunStereo(Scan& scan, const StereoOptions& options) {
   StereoOptions effective = options;
-  const Stage stage{
-      "stereo", {"dense/stereo/depth_maps", "dense/stereo/normal_maps"}, ToJson(Table(effective))};
-  scan.Run(stage, [&](Progress& progress) -> nlohmann::json {
+  scan.Run({"stereo", ToJson(Table(effective))}, [&](Progress& progress) -> nlohmann::json {
     EstimateDepths(scan.dense(), options, progress);
     return {{"views", ReadWorkspace(scan.dense()).views.size()}};
   });
@@ -53,7 +62,7 @@ void RunStereo(Scan& scan, const StereoOptions& options) {
 
 void RunFusion(Scan& scan, const FusionOptions& options) {
   FusionOptions effective = options;
-  scan.Run({"fusion", {"cloud.ply"}, ToJson(Table(effective))}, [&](Progress& progress) -> nlohmann::json {
+  scan.Run({"fusion", ToJson(Table(effective))}, [&](Progress& progress) -> nlohmann::json {
     const CloudSummary cloud = FuseCloud(scan.dense(), scan.cloud(), options, progress);
     scan.Note("cloud", "points", cloud.points);
     return ToJson(cloud);
@@ -62,7 +71,7 @@ void RunFusion(Scan& scan, const FusionOptions& options) {
 
 void RunMesh(Scan& scan, const MeshOptions& options) {
   MeshOptions effective = options;
-  scan.Run({"mesh", {"mesh.ply"}, ToJson(Table(effective))}, [&](Progress& progress) -> nlohmann::json {
+  scan.Run({"mesh", ToJson(Table(effective))}, [&](Progress& progress) -> nlohmann::json {
     const MeshSummary mesh =
         MakeMesh(scan.cloud(), scan.dense(), scan.mesh(), scan.folder() / "mesh", options, progress);
     scan.Note("mesh", "faces", mesh.faces);
@@ -71,10 +80,14 @@ void RunMesh(Scan& scan, const MeshOptions& options) {
 }
 
 void RunReport(Scan& scan) {
-  scan.Run({"report", {"report.html"}}, [&](Progress& progress) -> nlohmann::json {
-    WriteReport(scan.folder(), scan.report(), progress);
-    return nlohmann::json::object();
-  });
+  nlohmann::json shown =
+      scan.state().value("options", nlohmann::json::object());  // the options of all stages
+  shown.erase("report");
+  scan.Run({"report", nlohmann::json::object(), ToHex(Hash(shown.dump()))},
+           [&](Progress& progress) -> nlohmann::json {
+             WriteReport(scan.folder(), scan.report(), progress);
+             return nlohmann::json::object();
+           });
 }
 
 bool MapsWereDamaged(const Scan& scan) { return scan.Counts("fusion").value("damaged", 0) > 0; }

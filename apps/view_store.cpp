@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/temporaries.h"
 
 namespace polarscan {
 namespace {
@@ -23,26 +24,11 @@ json ReadState(const fs::path& path) {
   return state;
 }
 
-// What core/files.h leaves behind when the program is killed while it writes.
-bool IsTemporary(const fs::path& path) {
-  const std::string name = path.filename().string();
-  return name.starts_with('.') && name.find(".tmp.") != std::string::npos;
-}
-
-void RemoveTemporaries(const fs::path& folder) {
-  std::vector<fs::path> found;
-  if (fs::is_directory(folder))
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder))
-      if (entry.is_regular_file() && IsTemporary(entry.path())) found.push_back(entry.path());
-  for (const fs::path& path : found) fs::remove(path);
-}
-
 }  // namespace
 
 ViewStore::ViewStore(fs::path folder) : folder_(std::move(folder)) {
   CreateFolder(folder_);
-  RemoveTemporaries(folder_);
-  RemoveTemporaries(folder_ / "masks");
+  RemoveTemporaries(folder_, Below::kYes);
   state_ = ReadState(folder_ / "views.json");
 }
 
@@ -63,7 +49,7 @@ void ViewStore::SetScale(const std::string& key, double scale) {
 }
 
 bool ViewStore::IsValid(const std::string& name, const std::string& hash, bool has_mask) const {
-  const json wanted = {{"hash", hash}, {"bytes", Sizes(name)}};
+  const json wanted = {{"hash", hash}, {"files", Hashes(name)}};
   if (!fs::exists(StokesPath(name)) || !fs::exists(PicturePath(name)) ||
       fs::exists(MaskPath(name)) != has_mask)
     return false;
@@ -71,7 +57,7 @@ bool ViewStore::IsValid(const std::string& name, const std::string& hash, bool h
 }
 
 void ViewStore::Record(const std::string& name, const std::string& hash) {
-  const json record = {{"hash", hash}, {"bytes", Sizes(name)}};
+  const json record = {{"hash", hash}, {"files", Hashes(name)}};
   const std::lock_guard lock(mutex_);
   state_["views"][name] = record;
   Save();
@@ -89,14 +75,16 @@ void ViewStore::RemoveAllBut(const std::vector<std::string>& names) {
   Save();
 }
 
-json ViewStore::Sizes(const std::string& name) const {
-  json sizes = json::object();
+json ViewStore::Hashes(const std::string& name) const {
+  json hashes = json::object();
+  const auto add = [&](const fs::path& path) {
+    hashes[fs::relative(path, folder_).string()] = ToHex(HashFile(path));
+  };
   for (const fs::path& path : {StokesPath(name), PicturePath(name), MaskPath(name)})
-    if (fs::exists(path)) sizes[fs::relative(path, folder_).string()] = fs::file_size(path);
+    if (fs::exists(path)) add(path);
   if (fs::is_directory(PicturesFolder(name)))
-    for (const fs::directory_entry& entry : fs::directory_iterator(PicturesFolder(name)))
-      sizes[fs::relative(entry.path(), folder_).string()] = entry.file_size();
-  return sizes;
+    for (const fs::directory_entry& entry : fs::directory_iterator(PicturesFolder(name))) add(entry.path());
+  return hashes;
 }
 
 void ViewStore::Save() const { WriteJson(folder_ / "views.json", state_); }

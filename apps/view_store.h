@@ -31,7 +31,7 @@ class ViewStore {
   std::optional<double> Scale(const std::string& key) const;
   void SetScale(const std::string& key, double scale);
 
-  // Whether the view was made under this hash and its files still have their sizes.
+  // Whether the view was made under this hash and its files still have their contents.
   bool IsValid(const std::string& name, const std::string& hash, bool has_mask) const;
   // The view's files are written and complete.
   void Record(const std::string& name, const std::string& hash);
@@ -39,7 +39,7 @@ class ViewStore {
   void RemoveAllBut(const std::vector<std::string>& names);
 
  private:
-  nlohmann::json Sizes(const std::string& name) const;
+  nlohmann::json Hashes(const std::string& name) const;
   void Save() const;
 
   std::filesystem::path folder_;

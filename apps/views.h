@@ -20,10 +20,10 @@ PolarView MakeView(const Input& input, const LoadedView& loaded, const DemosaicO
 //                    is the 99.5th percentile of S0 (photos: full scale, so that a photo looks as before)
 //   masks/NAME.png   0 or 255, where the input has a mask
 //   pictures/NAME/   angle and degree of polarization and more as pictures, if asked for (view_pictures.h)
-// and views.json: {"polarized", "kind", "scale", "views": {NAME: {"hash", "bytes": {file: size}}}}. A view is
-// kept if its hash (of the input files' bytes and all that decides what they mean) and its files' sizes are
-// right; files of views that are no longer in the input are removed. May be stopped and called again at any
-// time. Memory: at most four views at once. Throws Error on damaged input, Cancelled.
+// and views.json: {"polarized", "kind", "scale", "views": {NAME: {"hash", "files": {file: hash}}}}. A view is
+// kept if its hash (of the input files' bytes and all that decides what they mean) and its files' contents
+// are right; files of views that are no longer in the input are removed. May be stopped and called again at
+// any time. Memory: at most four views at once. Throws Error on damaged input, Cancelled.
 void MakeStokesViews(const Input& input, const std::filesystem::path& folder, const DemosaicOptions& options,
                      Progress& progress, bool pictures = false);
 

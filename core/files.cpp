@@ -8,7 +8,6 @@
 #include <unistd.h>
 #include <xxhash.h>
 
-#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <ctime>
@@ -16,20 +15,16 @@
 
 #include "core/descriptor.h"
 #include "core/error.h"
+#include "core/temporaries.h"
 
 namespace polarscan {
 namespace {
 
 void SyncPath(const std::filesystem::path& path, int flags) {
   const Descriptor file(::open(path.c_str(), flags | O_CLOEXEC));
-  if (file.fd < 0 || ::fsync(file.fd) != 0) ThrowSystemError("cannot write to the disk", path);
-}
-
-// Unique among threads and processes; the extension stays last, because picture libraries look at it.
-std::filesystem::path TemporaryName(const std::filesystem::path& path) {
-  static std::atomic<unsigned> counter{0};
-  return path.parent_path() / fmt::format(".{}.{}-{}.tmp{}", path.stem().string(), ::getpid(), counter++,
-                                          path.extension().string());
+  int result = file.fd < 0 ? -1 : ::fsync(file.fd);
+  while (file.fd >= 0 && result != 0 && errno == EINTR) result = ::fsync(file.fd);
+  if (result != 0) ThrowSystemError("cannot write to the disk", path);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <tiffio.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
@@ -85,6 +86,9 @@ cv::Mat ToBgr(const Image<Rgb8>& image) {
   return bgr;
 }
 
+constexpr std::uint64_t kMostInflated = 1100;  // bytes out of one byte: deflate's limit is 1032
+constexpr const char* kMakeAgain = "Remove it; the program makes it again";
+
 struct TiffCloser {
   void operator()(TIFF* file) const { TIFFClose(file); }
 };
@@ -94,6 +98,12 @@ TiffFile OpenTiff(const fs::path& path, const char* mode) {
   TIFFSetWarningHandler(nullptr);
   TIFFSetErrorHandler(nullptr);
   return TiffFile(TIFFOpen(path.c_str(), mode));
+}
+
+// libtiff only says that it failed; the system has said why.
+[[noreturn]] void ThrowTiffError(const fs::path& path) {
+  if (errno != 0) ThrowSystemError("cannot write the TIFF file", path);
+  throw Error("cannot write the TIFF file", path.string());
 }
 
 void WritePage(TIFF* file, const Image<float>& page, const fs::path& path) {
@@ -113,8 +123,7 @@ void WritePage(TIFF* file, const Image<float>& page, const fs::path& path) {
     std::copy_n(page.row(y), page.width(), line.begin());
     good = TIFFWriteScanline(file, line.data(), std::uint32_t(y)) == 1;
   }
-  if (!good || TIFFWriteDirectory(file) != 1)
-    throw Error("cannot write the TIFF file (disk full?)", path.string());
+  if (!good || TIFFWriteDirectory(file) != 1) ThrowTiffError(path);
 }
 
 Image<float> ReadPage(TIFF* file, const fs::path& path) {
@@ -129,11 +138,12 @@ Image<float> ReadPage(TIFF* file, const fs::path& path) {
   if (width == 0 || height == 0 || width > kLargest || height > kLargest || bits != 32 || samples != 1 ||
       format != SAMPLEFORMAT_IEEEFP || TIFFScanlineSize64(file) != std::uint64_t(width) * 4)
     throw Error("this TIFF page is not grey float32", path.string());
+  if (std::uint64_t(width) * height * sizeof(float) > kMostInflated * fs::file_size(path))
+    throw Error("the TIFF file promises more pixels than it can hold", path.string(), kMakeAgain);
   Image<float> page{int(width), int(height)};
   for (int y = 0; y < page.height(); ++y)
     if (TIFFReadScanline(file, page.row(y), std::uint32_t(y)) != 1)
-      throw Error("the TIFF file is damaged or cut off", path.string(),
-                  "Remove it; the program makes it again");
+      throw Error("the TIFF file is damaged or cut off", path.string(), kMakeAgain);
   return page;
 }
 
@@ -205,10 +215,11 @@ std::string EncodeJpeg(const Image<Rgb8>& image, int quality) {
 
 void WriteFloatTiff(const fs::path& path, const std::vector<const Image<float>*>& pages) {
   WriteAtomically(path, [&](const fs::path& temporary) {
+    errno = 0;
     const TiffFile file = OpenTiff(temporary, "w");
-    if (!file) throw Error("cannot write the TIFF file", path.string(), "Is the folder writable?");
+    if (!file) ThrowTiffError(path);
     for (const Image<float>* page : pages) WritePage(file.get(), *page, path);
-    if (TIFFFlush(file.get()) != 1) throw Error("cannot write the TIFF file (disk full?)", path.string());
+    if (TIFFFlush(file.get()) != 1) ThrowTiffError(path);
   });
 }
 

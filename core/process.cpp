@@ -32,8 +32,8 @@ bool IsExecutable(const std::filesystem::path& path) {
 
 // The child's side of the fork: only async-signal-safe calls. Reports errno through `report` if it cannot
 // start.
-[[noreturn]] void Become(const char* file, char* const* argv, const char* folder, int log, int null,
-                         int report, pid_t parent) {
+[[noreturn]] void Become(const char* file, char* const* argv, char* const* environment, const char* folder,
+                         int log, int null, int report, pid_t parent) {
   setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, SIGKILL);  // a killed polarscan leaves no orphan computing on
   if (getppid() != parent) _exit(127);
@@ -43,26 +43,46 @@ bool IsExecutable(const std::filesystem::path& path) {
   for (const int number : {SIGINT, SIGTERM, SIGPIPE, SIGHUP}) signal(number, SIG_DFL);
   if (chdir(folder) == 0 && dup2(null, STDIN_FILENO) >= 0 && dup2(log, STDOUT_FILENO) >= 0 &&
       dup2(log, STDERR_FILENO) >= 0)
-    execv(file, argv);
+    execve(file, argv, environment);
   const int reason = errno;
   if (write(report, &reason, sizeof reason) < 0) _exit(126);
   _exit(127);
 }
 
-pid_t Start(const std::vector<std::string>& argv, const std::filesystem::path& file,
-            const std::filesystem::path& folder, int log) {
+// As the system wants them: pointers to the words, and a null one. They are valid as long as `words`.
+std::vector<char*> Pointers(const std::vector<std::string>& words) {
+  std::vector<char*> pointers;
+  for (const std::string& word : words) pointers.push_back(const_cast<char*>(word.c_str()));
+  pointers.push_back(nullptr);
+  return pointers;
+}
+
+// `first`, and what we have ourselves of other names.
+std::vector<std::string> Environment(const std::vector<std::string>& first) {
+  std::vector<std::string> all = first;
+  for (char** ours = environ; *ours; ++ours) {
+    const std::string variable = *ours, name = variable.substr(0, variable.find('=') + 1);
+    if (std::ranges::none_of(first, [&](const std::string& f) { return f.starts_with(name); }))
+      all.push_back(variable);
+  }
+  return all;
+}
+
+pid_t Start(const std::vector<std::string>& argv, const std::vector<std::string>& environment,
+            const std::filesystem::path& file, const std::filesystem::path& folder, int log) {
   const Descriptor null(open("/dev/null", O_RDONLY | O_CLOEXEC));
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0)
     throw Error("cannot start the program", file.string(), std::strerror(errno));
   Descriptor read_end(ends[0]), write_end(ends[1]);
-  std::vector<char*> arguments;
-  for (const std::string& argument : argv) arguments.push_back(const_cast<char*>(argument.c_str()));
-  arguments.push_back(nullptr);
+  const std::vector<std::string> variables = Environment(environment);
+  const std::vector<char*> arguments = Pointers(argv), variable_pointers = Pointers(variables);
 
   const pid_t parent = getpid();
   const pid_t pid = fork();
-  if (pid == 0) Become(file.c_str(), arguments.data(), folder.c_str(), log, null.fd, write_end.fd, parent);
+  if (pid == 0)
+    Become(file.c_str(), arguments.data(), variable_pointers.data(), folder.c_str(), log, null.fd,
+           write_end.fd, parent);
   if (pid < 0) throw Error("cannot start the program", file.string(), std::strerror(errno));
   setpgid(pid, pid);  // also here: whoever comes first, the group exists before anybody signals it
   write_end.Close();
@@ -112,7 +132,7 @@ std::filesystem::path FindProgram(const std::string& name) {
 
 ProcessResult RunProcess(const std::vector<std::string>& argv, const std::filesystem::path& log,
                          Progress& progress, double timeout_s, const std::function<void()>& on_poll,
-                         const std::filesystem::path& folder) {
+                         const std::filesystem::path& folder, const std::vector<std::string>& environment) {
   auto file = argv.empty() ? std::filesystem::path() : FindProgram(argv[0]);
   if (file.empty())
     throw Error("program not found", argv.empty() ? "(no name)" : argv[0], "Is it installed and in PATH?");
@@ -122,7 +142,7 @@ ProcessResult RunProcess(const std::vector<std::string>& argv, const std::filesy
   const Descriptor output(open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
   if (output.fd < 0) throw Error("cannot write the log", log.string(), std::strerror(errno));
 
-  const pid_t pid = Start(argv, file, folder.empty() ? "." : folder, output.fd);
+  const pid_t pid = Start(argv, environment, file, folder.empty() ? "." : folder, output.fd);
   const auto start = Clock::now();
   auto pause = std::chrono::milliseconds(1);
   try {

@@ -21,8 +21,10 @@ std::filesystem::path FindProgram(const std::string& name);
 // appended to `log`. When progress is cancelled the whole group is terminated (then killed) and Cancelled is
 // thrown; after timeout_s seconds (0: none) it is killed and timed_out is set. Throws Error if the program
 // cannot be started. folder: where the program works, for those that leave files there; empty: here.
+// environment: "NAME=VALUE" for the program, before what it inherits.
 ProcessResult RunProcess(const std::vector<std::string>& argv, const std::filesystem::path& log,
                          Progress& progress, double timeout_s = 0, const std::function<void()>& on_poll = {},
-                         const std::filesystem::path& folder = {});
+                         const std::filesystem::path& folder = {},
+                         const std::vector<std::string>& environment = {});
 
 }  // namespace polarscan

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <new>
 
 #include "core/error.h"
 #include "core/mesh.h"
@@ -108,6 +109,7 @@ RayCaster::RayCaster(std::vector<TriangleMesh> meshes) : state_(std::make_unique
   state_->meshes = std::move(meshes);
   state_->MeasureBounds();
   state_->device = rtcNewDevice(nullptr);
+  if (!state_->device && rtcGetDeviceError(nullptr) == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
   if (!state_->device) throw Error("Embree does not start", "rtcNewDevice");
   state_->scene = rtcNewScene(state_->device);
   rtcSetSceneFlags(state_->scene, RTC_SCENE_FLAG_ROBUST);

@@ -56,7 +56,17 @@ bool DoneList::IsDone(const std::string& kind) const {
 void DoneList::Add(int view, const std::string& kind) {
   const std::string key = Key(view, kind);
   own_[key] = all_[key] = HashOf(view, kind);
-  WriteJson(OwnFile(), {{"inputs", input_}, {"maps", own_}});
+  WriteOwn();
+}
+
+void DoneList::WriteOwn() const { WriteJson(OwnFile(), {{"inputs", input_}, {"maps", own_}}); }
+
+void DoneList::KeepOnly(const std::string& kind) {
+  json kept = json::object();
+  for (int view = 0; view < int(workspace_.views.size()); ++view)
+    if (const std::string key = Key(view, kind); all_.contains(key)) kept[key] = all_[key];
+  own_ = all_ = kept;
+  WriteOwn();
 }
 
 void DoneList::Remove(const std::string& kind) {

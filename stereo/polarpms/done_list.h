@@ -19,6 +19,8 @@ class DoneList {
   void Add(int view, const std::string& kind);
   // Removes this shard's maps of this kind.
   void Remove(const std::string& kind);
+  // Forgets the maps of all other kinds, by whichever shard. For one that works alone.
+  void KeepOnly(const std::string& kind);
   // Until the other shards have made their maps of this kind. Throws Error if no new one comes for as long as
   // the shard is willing to wait, and Cancelled.
   void WaitForOthers(const std::string& kind, Progress& progress);
@@ -32,6 +34,7 @@ class DoneList {
   std::filesystem::path OwnFile() const;
   void Read();
   nlohmann::json MapsIn(const std::filesystem::path& file) const;
+  void WriteOwn() const;
   std::string Key(int view, const std::string& kind) const {
     return workspace_.views[std::size_t(view)].name + "." + kind;
   }

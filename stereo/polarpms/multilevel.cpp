@@ -91,7 +91,10 @@ class MultilevelStage {
       if (i > 0) done_.Remove(steps_[i].before);
     }
     done_.Remove("photometric");  // of another schedule
-    if (shard_.count == 1) RemoveStepsLeft();
+    if (shard_.count == 1) {
+      RemoveStepsLeft();
+      done_.KeepOnly(steps_.back().kind);
+    }
   }
 
  private:

@@ -14,6 +14,10 @@ namespace polarscan {
 namespace {
 
 constexpr double kHelpTimeout = 60;  // s
+// COLMAP leaves descriptors in the last row of a picture as malloc gave them. So malloc fills what it gives
+// (with the complement, as floats -3e-13), and they do not depend on what lay there before.
+const std::vector<std::string> kFilledMemory = {
+    "GLIBC_TUNABLES=glibc.malloc.perturb=85:glibc.malloc.tcache_count=0"};
 const char* const kInstall = "Install it with: sudo apt install colmap";
 
 // Reports how often a word has appeared in a growing file since the start.
@@ -118,7 +122,7 @@ int Colmap::Run(const std::string& command, const std::vector<ColmapOption>& opt
   progress_.Begin(step, total, "picture");
   LogCounter counter(log_, counted, total, progress_);
   const int exit_code = RunProcess(
-                            argv, log_, progress_, 0, [&counter] { counter(); }, folder)
+                            argv, log_, progress_, 0, [&counter] { counter(); }, folder, kFilledMemory)
                             .exit_code;
   if (exit_code != 0)
     progress_.Warn(fmt::format("colmap {} ended with exit code {} ({}); see {}", command, exit_code,

@@ -49,6 +49,29 @@ bool HasTable(sqlite3* database, const std::filesystem::path& path, const std::s
   return has;
 }
 
+// The statements, all of them or none.
+void Change(sqlite3* database, const std::filesystem::path& path, const std::string& statements) {
+  const std::string all = "PRAGMA foreign_keys = OFF; BEGIN IMMEDIATE;" + statements + "COMMIT;";
+  if (sqlite3_exec(database, all.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) Fail(database, path);
+}
+
+// Gives every `id` in the table the number that `numbers` (old, new) has for it; first out of the others'
+// way.
+std::string Renumber(const std::string& table, const std::string& id, const std::string& numbers) {
+  return fmt::format(
+      "UPDATE {0} SET {1} = 1000000000 + (SELECT new FROM {2} WHERE old = {1});"
+      "UPDATE {0} SET {1} = {1} - 1000000000;",
+      table, id, numbers);
+}
+
+constexpr const char* kOrder =
+    "CREATE TEMP TABLE image_numbers AS SELECT image_id AS old, row_number() OVER (ORDER BY name) AS new "
+    "FROM images;"
+    "CREATE TEMP TABLE camera_numbers AS SELECT camera_id AS old, row_number() OVER (ORDER BY min(name)) AS "
+    "new "
+    "FROM images GROUP BY camera_id;"
+    "DELETE FROM cameras WHERE camera_id NOT IN (SELECT old FROM camera_numbers);";
+
 constexpr std::int64_t kPairFactor = 2147483647;  // pair_id = smaller id * factor + larger id
 
 }  // namespace
@@ -99,6 +122,27 @@ std::map<std::string, Descriptors> ReadDescriptors(const std::filesystem::path& 
           all[name] = std::move(descriptors);
         });
   return fits ? all : std::map<std::string, Descriptors>{};
+}
+
+void NormalizeDatabase(const std::filesystem::path& path, bool single_camera) {
+  const Connection connection = Open(path, SQLITE_OPEN_READWRITE);
+  sqlite3* raw = connection.get();
+  const auto has = [&](const std::string& table) { return HasTable(raw, path, table); };
+  std::string statements;
+  for (const char* table : {"matches", "two_view_geometries"})
+    if (has(table)) statements += fmt::format("DELETE FROM {};", table);
+  const bool numbers_known = has("cameras") && has("images") && has("keypoints") && has("descriptors") &&
+                             !has("pose_priors") && !has("frames");
+  if (numbers_known) {
+    if (single_camera)
+      statements += "UPDATE images SET camera_id = (SELECT camera_id FROM images ORDER BY name LIMIT 1);";
+    statements += kOrder;
+    for (const char* table : {"images", "keypoints", "descriptors"})
+      statements += Renumber(table, "image_id", "image_numbers");
+    for (const char* table : {"images", "cameras"})
+      statements += Renumber(table, "camera_id", "camera_numbers");
+  }
+  Change(raw, path, statements);
 }
 
 int SetGuessedFocalLengths(const std::filesystem::path& path, double factor) {

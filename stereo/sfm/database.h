@@ -24,6 +24,13 @@ std::map<std::string, DatabaseImage> ReadDatabase(const std::filesystem::path& p
 // The descriptors of all pictures, by name; empty if the database holds none, or none of SIFT's size.
 std::map<std::string, Descriptors> ReadDescriptors(const std::filesystem::path& path);
 
+// Forgets matches and numbers the pictures in the order of their names, cameras in the order of theirs:
+// COLMAP numbers them as its threads finish, and what it makes of them depends on the numbers. So the same
+// pictures give the same database, whatever a program did to it before it was killed. single_camera: all
+// pictures get the first one's (an extraction that goes on after a kill begins another). A database with
+// other tables than those of 3.8 keeps its numbers and cameras.
+void NormalizeDatabase(const std::filesystem::path& path, bool single_camera);
+
 // Gives the cameras whose focal length COLMAP has only guessed (no EXIF) another one to start from: `factor`
 // times the larger side of the picture. Returns how many there are; 0 too if the database does not hold
 // cameras the way 3.8 to 4.x do.

@@ -22,10 +22,11 @@ std::string Threads(const SfmOptions& options) {
   return std::to_string(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
 }
 
-bool SameSizes(const std::vector<View>& views) {
-  return std::ranges::all_of(views, [&](const View& view) {
-    return view.width == views[0].width && view.height == views[0].height;
-  });
+bool HasSingleCamera(const Mapping& m) {
+  const View& first = m.views[0];
+  return m.options.single_camera && std::ranges::all_of(m.views, [&](const View& view) {
+           return view.width == first.width && view.height == first.height;
+         });
 }
 
 // The camera's starting values from a known focal length, as COLMAP wants them: "f,cx,cy,0".
@@ -40,7 +41,7 @@ std::string StartingParameters(const SfmOptions& options, const View& view) {
 }
 
 std::vector<ColmapOption> ExtractionOptions(const Mapping& m) {
-  const bool single = m.options.single_camera && SameSizes(m.views);
+  const bool single = HasSingleCamera(m);
   if (m.options.single_camera && !single)
     m.progress.Warn("the pictures have different sizes, so each gets a camera of its own");
   std::vector<ColmapOption> options = {
@@ -175,6 +176,7 @@ void ExtractFeatures(const Mapping& m) {
   WriteFileAtomically(m.folder / "pictures.txt", list);
   CheckFeatures(m, m.colmap.Run("feature_extractor", ExtractionOptions(m), "features", m.views.size(),
                                 "Processed file ["));
+  NormalizeDatabase(m.database(), HasSingleCamera(m));
 }
 
 void MatchFeatures(const Mapping& m, const std::string& matcher) {

@@ -23,8 +23,8 @@ struct Mapping {
 };
 
 // SIFT features of all pictures. A database of the same pictures and options is gone on with (COLMAP skips
-// what it holds), any other is replaced. Throws Error if COLMAP did not read every picture or found nothing
-// in any.
+// what it holds, but for matches: NormalizeDatabase), any other is replaced. Throws Error if COLMAP did not
+// read every picture or found nothing in any.
 void ExtractFeatures(const Mapping& mapping);
 
 // Matches pictures: "exhaustive" (all pairs) or "sequential" (neighbours in the order of names, and ever

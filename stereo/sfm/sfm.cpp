@@ -29,11 +29,19 @@ std::string ResultHash(const fs::path& folder, const std::vector<View>& views,
   return ToHex(hash);
 }
 
-// The result of an earlier run, if it was made from the same things and can be read.
+// Hash of the model's own files.
+std::string ModelHash(const fs::path& folder) {
+  std::uint64_t hash = 0;
+  for (const char* name : {"cameras.bin", "images.bin", "points3D.bin"}) hash = HashFile(folder / name, hash);
+  return ToHex(hash);
+}
+
+// The result of an earlier run, if it was made from the same things and is as it was written.
 std::optional<SparseModel> ReadResult(const fs::path& folder, const std::string& hash) {
   try {
-    if (!fs::exists(folder / "result.json") || ReadJson(folder / "result.json").value("hash", "") != hash)
-      return {};
+    if (!fs::exists(folder / "result.json")) return {};
+    const nlohmann::json result = ReadJson(folder / "result.json");
+    if (result.value("hash", "") != hash || result.value("model", "") != ModelHash(folder)) return {};
     return ReadSparseModel(folder);
   } catch (const std::exception&) {  // damaged: it is made again
     return {};
@@ -46,6 +54,7 @@ void WriteResult(const fs::path& folder, const std::string& hash, const SparseMo
   fs::remove(folder / "result.json");
   WriteSparseModelBinary(folder, model);
   WriteJson(folder / "result.json", {{"hash", hash},
+                                     {"model", ModelHash(folder)},
                                      {"views", views},
                                      {"registered", model.images.size()},
                                      {"points", model.points.size()},

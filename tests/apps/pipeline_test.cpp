@@ -185,6 +185,116 @@ TEST_F(Pipeline, TheSameCommandAgainDoesNothingAndAChangedOptionOnlyWhatDependsO
   EXPECT_GT(fs::last_write_time(scan / "cloud.ply"), cloud_time);
 }
 
+// What a dry run says of each stage: "" if it is done, else why it would be made.
+std::map<std::string, std::string> Plan(std::vector<std::string> command) {
+  command.insert(command.end(), {"--dry-run", "--json"});
+  const Outcome outcome = RunPolarscan(command);
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  std::map<std::string, std::string> plan;
+  const json printed = json::parse(outcome.out);
+  for (const json& stage : printed.at("plan")) {
+    EXPECT_EQ(stage.at("done"), stage.at("why") == "");
+    plan[stage.at("stage")] = stage.at("why");
+  }
+  return plan;
+}
+
+std::map<std::string, std::string> AllDone() {
+  return {{"views", ""},  {"sfm", ""},  {"dense", ""}, {"stereo", ""},
+          {"fusion", ""}, {"mesh", ""}, {"report", ""}};
+}
+
+TEST_F(Pipeline, ADryRunSaysWhatWouldBeMadeAndWhyAndTouchesNothing) {
+  const fs::path scan = Folder("scan");
+  EXPECT_EQ(Plan(Command(scan)).at("views"), "it was not made yet");
+  EXPECT_FALSE(fs::exists(scan));
+  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
+  const auto before = Contents(scan);
+  EXPECT_EQ(Plan(Command(scan)), AllDone());
+
+  auto other_fusion = AllDone();
+  other_fusion["fusion"] = "fusion-reprojection: 0.8 -> 0.6";
+  other_fusion["mesh"] = other_fusion["report"] = "unless stage fusion comes out the same again";
+  EXPECT_EQ(Plan(Command(scan, {"--fusion-reprojection", "0.6"})), other_fusion);
+  auto other_views = Plan(Command(scan, {"--demosaic", "bilinear"}));
+  EXPECT_NE(other_views.at("views").find("-> \"bilinear\""), std::string::npos) << other_views.at("views");
+  EXPECT_EQ(other_views.at("stereo"), "unless stage views comes out the same again");
+  EXPECT_TRUE(before == Contents(scan));
+}
+
+TEST_F(Pipeline, ADamagedFileOfTheSameSizeIsNoticedAndWhatComesOutTheSameIsNotFollowed) {
+  const fs::path scan = Folder("scan");
+  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
+  const auto before = Results(scan);
+  const auto cloud_time = fs::last_write_time(scan / "cloud.ply");
+  for (const char* name : {"views/000002.tif", "sfm/model/images.bin", "dense/masks/000001.png"}) {
+    const fs::path file = scan / name;
+    std::string bytes = ReadFile(file);
+    bytes[bytes.size() / 2] = char(bytes[bytes.size() / 2] ^ 4);
+    WriteFileAtomically(file, bytes);
+    const std::string stage = std::string(name).substr(0, std::string(name).find('/'));
+    EXPECT_EQ(Plan(Command(scan)).at(stage), std::string(name) + " is damaged or was changed");
+    const Outcome found = RunPolarscan({"check", scan.string()});
+    EXPECT_EQ(found.exit_code, kDataLost);
+    EXPECT_NE(found.err.find(name), std::string::npos) << found.err;
+    ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
+    EXPECT_EQ(Plan(Command(scan)), AllDone());
+  }
+  EXPECT_TRUE(Results(scan) == before);
+  EXPECT_EQ(fs::last_write_time(scan / "cloud.ply"), cloud_time) << "made anew though nothing had changed";
+}
+
+TEST_F(Pipeline, AnEarlierStageRemadeByHandMakesTheLaterOnesUndone) {
+  const fs::path scan = Folder("scan");
+  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
+  ASSERT_EQ(RunPolarscan({"sfm", scan.string(), "--max-image-size", "40"}).exit_code, 0);
+  const Outcome fuse = RunPolarscan({"fuse", scan.string()});
+  EXPECT_EQ(fuse.exit_code, kFailed);
+  EXPECT_NE(fuse.err.find("stage 'stereo' of this scan was made from another result of stage 'dense'"),
+            std::string::npos)
+      << fuse.err;
+}
+
+TEST_F(Pipeline, ADamagedScanJsonAndLostChecksumsCostNoResult) {
+  const fs::path scan = Folder("scan");
+  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
+  const auto before = Results(scan);
+  fs::remove(scan / "checksums.json");
+  EXPECT_EQ(Plan(Command(scan)), AllDone());
+  fs::resize_file(scan / "scan.json", 1000);
+  const Outcome outcome = RunPolarscan(Command(scan));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("kept as scan.json.damaged"), std::string::npos) << outcome.err;
+  EXPECT_TRUE(Results(scan) == before);
+}
+
+TEST_F(Pipeline, RepairMovesWhatIsDamagedAwayAndTheSameCommandMakesItAgain) {
+  const fs::path scan = Folder("scan");
+  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
+  const auto before = Results(scan);
+  fs::resize_file(scan / "cloud.ply", 100);
+  EXPECT_EQ(RunPolarscan({"check", scan.string(), "--repair"}).exit_code, kDataLost);
+  EXPECT_EQ(fs::file_size(scan / "damaged/cloud.ply"), 100u);
+  EXPECT_FALSE(fs::exists(scan / "cloud.ply"));
+  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
+  EXPECT_EQ(RunPolarscan({"check", scan.string()}).exit_code, kDone);
+  EXPECT_TRUE(Results(scan) == before);
+}
+
+TEST_F(Pipeline, TooLittleMemoryIsSaidPlainlyAndTheScanGoesOn) {
+  const fs::path scan = Folder("scan");
+  for (const char* kilobytes : {"60000", "100000"}) {  // enough to start with
+    const std::string limited = std::string("ulimit -d ") + kilobytes + " && exec \"$0\" \"$@\"";
+    std::vector<std::string> argv = {"sh", "-c", limited};
+    const std::vector<std::string> program = Polarscan(Command(scan, {"--threads", "1"}));
+    argv.insert(argv.end(), program.begin(), program.end());
+    const Outcome outcome = Process(argv).Wait(60);
+    EXPECT_EQ(outcome.exit_code, kFailed) << kilobytes << " KB";
+    EXPECT_NE(outcome.err.find("not enough memory"), std::string::npos) << outcome.err;
+  }
+  EXPECT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
+}
+
 TEST_F(Pipeline, OneStageRunsAgainWithOtherOptionsAndTheNextOneFollowsIt) {
   const fs::path scan = Folder("scan");
   ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);

@@ -47,6 +47,14 @@ class Process : public testing::Test {
   std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
 };
 
+TEST_F(Process, TheEnvironmentIsOursWithWhatIsGivenBeforeIt) {
+  ASSERT_EQ(setenv("POLARSCAN_OURS", "ours", 1), 0);
+  ASSERT_EQ(setenv("POLARSCAN_BOTH", "ours", 1), 0);
+  RunProcess({"sh", "-c", "echo $POLARSCAN_OURS $POLARSCAN_BOTH $POLARSCAN_NEW"}, folder / "log", progress, 0,
+             {}, {}, {"POLARSCAN_BOTH=given", "POLARSCAN_NEW=new"});
+  EXPECT_EQ(ReadFile(folder / "log"), "ours given new\n");
+}
+
 TEST_F(Process, AppendsBothStreamsToTheLog) {
   EXPECT_EQ(Shell("echo one; echo two >&2").exit_code, 0);
   EXPECT_EQ(Shell("echo three").exit_code, 0);

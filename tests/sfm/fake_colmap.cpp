@@ -68,40 +68,47 @@ void FakeColmap::ExtractorWrites(const std::vector<std::string>& names, int keyp
   std::string sql =
       "CREATE TABLE images (image_id INTEGER, name TEXT, camera_id INTEGER);"
       "CREATE TABLE keypoints (image_id INTEGER, rows INTEGER);"
-      "CREATE TABLE two_view_geometries (pair_id INTEGER, rows INTEGER);";
+      "CREATE TABLE two_view_geometries (pair_id INTEGER, rows INTEGER);" +
+      descriptor_tables_;
+  std::string matches;
   for (std::size_t i = 0; i < names.size(); ++i) {
     sql += fmt::format("INSERT INTO images VALUES ({}, '{}', 1);", i + 1, names[i]);
     sql += fmt::format("INSERT INTO keypoints VALUES ({}, {});", i + 1, keypoints);
     if (int(i) + 1 < matched)
-      sql += fmt::format("INSERT INTO two_view_geometries VALUES ({}, 50);", (i + 1) * 2147483647 + i + 2);
+      matches +=
+          fmt::format("INSERT INTO two_view_geometries VALUES ({}, 50);", (i + 1) * 2147483647 + i + 2);
   }
-  sql += descriptor_table_;
-  const auto path = folder_ / "prepared.db";
-  std::filesystem::remove(path);
+  sql += descriptors_;
+  std::filesystem::remove(folder_ / "prepared.db");
+  Change("prepared.db", sql);
+  std::filesystem::copy_file(folder_ / "prepared.db", folder_ / "matched.db",
+                             std::filesystem::copy_options::overwrite_existing);
+  Change("matched.db", matches);
+  On("feature_extractor", "[ -f $database ] || { cp prepared.db $database; echo anew >> extractions; }");
+  for (const char* matcher : {"exhaustive_matcher", "sequential_matcher", "matches_importer"})
+    On(matcher, "cp matched.db $database");
+}
+
+void FakeColmap::Change(const std::string& name, const std::string& sql) {
   sqlite3* database = nullptr;
-  ASSERT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);
+  ASSERT_EQ(sqlite3_open((folder_ / name).c_str(), &database), SQLITE_OK);
   EXPECT_EQ(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
   sqlite3_close(database);
-  On("feature_extractor", "[ -f $database ] || cp prepared.db $database");
 }
 
 void FakeColmap::ImportsMatches() {
-  descriptor_table_ =
-      "CREATE TABLE descriptors (image_id INTEGER, rows INTEGER, cols INTEGER, data BLOB);"
-      "INSERT INTO descriptors SELECT image_id, 20, 128, randomblob(20 * 128) FROM images;";
+  descriptor_tables_ = "CREATE TABLE descriptors (image_id INTEGER, rows INTEGER, cols INTEGER, data BLOB);";
+  descriptors_ = "INSERT INTO descriptors SELECT image_id, 20, 128, randomblob(20 * 128) FROM images;";
   WriteFileAtomically(folder_ / "options",
                       ReadFile(folder_ / "options") + "  --match_list_path arg\n  --match_type arg\n");
 }
 
 void FakeColmap::ExtractorGuessesFocalLength(int width, int height) {
-  sqlite3* database = nullptr;
-  ASSERT_EQ(sqlite3_open((folder_ / "prepared.db").c_str(), &database), SQLITE_OK);
   const std::string sql = fmt::format(
       "CREATE TABLE cameras (camera_id INTEGER, model INTEGER, width INTEGER, height INTEGER, params BLOB, "
       "prior_focal_length INTEGER); INSERT INTO cameras VALUES (1, 2, {}, {}, zeroblob(32), 0);",
       width, height);
-  EXPECT_EQ(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
-  sqlite3_close(database);
+  for (const char* name : {"prepared.db", "matched.db"}) Change(name, sql);
 }
 
 void FakeColmap::MapperWrites(const std::vector<SparseModel>& models) {

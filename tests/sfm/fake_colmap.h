@@ -22,8 +22,8 @@ class FakeColmap {
   void On(const std::string& command, const std::string& script) {
     WriteFileAtomically(folder_ / (command + ".sh"), script + "\n");
   }
-  // feature_extractor leaves a database with these pictures; the first `matched` of them match their
-  // neighbours.
+  // feature_extractor leaves a database with these pictures; the matchers then match the first `matched` of
+  // them with their neighbours.
   void ExtractorWrites(const std::vector<std::string>& names, int keypoints, int matched);
   // From now on pictures have 20 random descriptors each, and matches can be imported.
   void ImportsMatches();
@@ -33,8 +33,10 @@ class FakeColmap {
   void MapperWrites(const std::vector<SparseModel>& models);
 
  private:
+  void Change(const std::string& database, const std::string& sql);
+
   std::filesystem::path folder_;
-  std::string descriptor_table_;
+  std::string descriptor_tables_, descriptors_;
 };
 
 }  // namespace polarscan

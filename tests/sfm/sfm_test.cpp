@@ -129,7 +129,7 @@ TEST_F(Sfm, MatchesAreFoundByUsAndVerifiedByColmapWhereItCanImportThem) {
 }
 
 TEST_F(Sfm, ACommandThatDiesHalfWayIsSaid) {
-  colmap().On("exhaustive_matcher", "kill -ABRT $$");
+  colmap().On("exhaustive_matcher", "cp matched.db $database; kill -ABRT $$");
   EXPECT_EQ(Run().images.size(), 10u);
   EXPECT_TRUE(progress.Heard("exhaustive_matcher ended with exit code 134"));
 }
@@ -279,13 +279,13 @@ TEST_F(Sfm, AHangingColmapStopsWithinASecond) {
 TEST_F(Sfm, AfterAStopTheDatabaseIsGoneOnWith) {
   colmap().On("mapper", "exit 1");
   RunError();
-  const auto written = std::filesystem::last_write_time(folder / "sfm/database.db");
   colmap().MapperWrites({Registered(0, 10)});
   Run();
-  EXPECT_EQ(std::filesystem::last_write_time(folder / "sfm/database.db"), written);
+  EXPECT_EQ(ReadFile(folder / "fake/extractions"), "anew\n");
   std::filesystem::remove_all(folder / "sfm/model");
   WriteFileAtomically(folder / "sfm/database.db", "power cut");
   EXPECT_EQ(Run().images.size(), 10u) << "a damaged one is replaced";
+  EXPECT_EQ(ReadFile(folder / "fake/extractions"), "anew\nanew\n");
 }
 
 TEST_F(Sfm, PicturesOfSeveralSizesGetACameraEach) {

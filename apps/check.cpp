@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "acquisition/session/session.h"
+#include "apps/check_files.h"
+#include "apps/check_session.h"
+#include "apps/scan.h"
+#include "core/error.h"
+#include "core/files.h"
+#include "core/image_io.h"
+#include "demosaic/calibration/calibration.h"
+#include "stereo/sfm/colmap_workspace.h"
+
+namespace polarscan {
+namespace {
+
+namespace fs = std::filesystem;
+
+// What PATH is taken for, in the user's words, and how it is looked at.
+struct Kind {
+  std::string name;
+  void (*check)(const fs::path&);
+};
+
+bool HoldsModel(const fs::path& folder) {
+  return fs::exists(folder / "cameras.bin") || fs::exists(folder / "cameras.txt");
+}
+
+Kind KindOf(const fs::path& path) {
+  const std::string extension = path.extension().string();
+  if (fs::is_directory(path)) {
+    if (IsCalibration(path)) return {"calibration", [](const fs::path& p) { ReadCalibration(p); }};
+    if (HoldsModel(path)) return {"sparse model", CheckModel};
+    if (fs::exists(path / "views.json") && fs::exists(path / "images"))
+      return {"dense workspace", CheckWorkspace};
+  } else {
+    if (extension == ".ply") return {"cloud or mesh", CheckPly};
+    if (extension == ".bin") return {"map", CheckMap};
+    if (extension == ".json") return {"JSON file", [](const fs::path& p) { ReadJson(p); }};
+    if (IsPictureName(path)) return {"picture", CheckPicture};
+  }
+  throw Error(
+      "this is nothing that polarscan can check", path.string(),
+      "It checks sessions, scans, dense workspaces, COLMAP's models and maps, PLY files, pictures and "
+      "calibrations");
+}
+
+void CheckOne(const fs::path& path, bool repair, Context& context) {
+  const Kind kind = KindOf(path);
+  std::string damage;
+  try {
+    kind.check(path);
+  } catch (const Error& error) {
+    damage = error.what();
+    context.progress.Warn(damage);
+  }
+  context.data_lost = !damage.empty();
+  if (repair && !damage.empty())
+    context.progress.Info(
+        "--repair works on sessions and scans: nothing is known here that this could be made from");
+  context.Finish(
+      {{"path", path.string()}, {"kind", kind.name}, {"sound", damage.empty()}, {"damage", damage}},
+      fmt::format("{}: {}", kind.name, damage.empty() ? "sound" : "damaged"));
+}
+
+nlohmann::json ToJson(const std::vector<ScanFinding>& findings) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const ScanFinding& f : findings)
+    list.push_back({{"stage", f.stage}, {"file", f.file}, {"what", f.what}, {"moved_to", f.moved_to}});
+  return list;
+}
+
+void CheckScan(const fs::path& path, bool repair, Context& context) {
+  Scan scan = Scan::Open(path, context.progress);
+  const std::vector<ScanFinding> findings = repair ? scan.Repair() : scan.Check();
+  for (const ScanFinding& f : findings)
+    context.progress.Warn(
+        fmt::format("{}: {}{}", f.stage, f.what, f.moved_to.empty() ? "" : ", moved to " + f.moved_to));
+  context.data_lost = !findings.empty();
+  const std::string advice =
+      fmt::format("; polarscan reconstruct {} -o {}, with its options, makes that again",
+                  scan.state().value("input", "INPUT"), path.string());
+  context.Finish(
+      {{"path", path.string()}, {"kind", "scan"}, {"sound", findings.empty()}, {"damage", ToJson(findings)}},
+      findings.empty() ? "scan: every file is as the stages left it"
+                       : fmt::format("scan: {} things are wrong{}", findings.size(), advice));
+}
+
+void Check(const fs::path& path, bool repair, Context& context) {
+  if (IsSession(path.string())) return CheckSession(path.string(), repair, context);
+  if (fs::exists(path / "scan.json")) return CheckScan(path, repair, context);
+  CheckOne(path, repair, context);
+}
+
+}  // namespace
+
+void AddCheckCommand(CLI::App& app, Context& context) {
+  struct Arguments {
+    fs::path path;
+    bool repair = false;
+  };
+  auto a = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("check", "Is this sound? What was lost? Sessions, scans, and their files");
+  command
+      ->add_option("PATH", a->path,
+                   "A session, a scan, a dense workspace, a COLMAP model, a calibration, a map, a PLY file "
+                   "or a picture")
+      ->required()
+      ->check(CLI::ExistingPath);
+  command->add_flag("--repair", a->repair,
+                    "Session: cut off what was not finished and close it. Scan: move damaged files to "
+                    "SCAN/damaged, so that "
+                    "reconstruct makes them again");
+  command->callback([a, &context] { Check(a->path, a->repair, context); });
+}
+
+}  // namespace polarscan

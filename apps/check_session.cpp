@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/check_session.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "acquisition/session/exchange.h"
+
+namespace polarscan {
+namespace {
+
+nlohmann::json ToJson(const Session& session) {
+  nlohmann::json missing = nlohmann::json::array();
+  for (const MissingFrames& m : session.missing)
+    missing.push_back({{"first", m.first}, {"count", m.count}, {"reason", m.reason}});
+  return {{"session", session.folder.string()},
+          {"state", session.info.closed ? "closed" : "recording"},
+          {"frames", session.frames.size()},
+          {"counts", ToJson(session.info.counts)},
+          {"missing", missing},
+          {"unfinished", session.unfinished},
+          {"damage", session.damage}};
+}
+
+// Where the camera's clock did not go on as ours did.
+std::string ClockJumps(const Session& session) {
+  std::string text;
+  for (std::size_t i = 1; i < session.frames.size(); ++i) {
+    const StoredFrame &before = session.frames[i - 1], &now = session.frames[i];
+    const double jump = before.segment == now.segment ? ClockJump(before.info, now.info) : 0;
+    if (std::abs(jump) > kClockJump_s)
+      text += fmt::format("{}by {:.1f} s at frame {}", text.empty() ? "" : ", ", jump, now.info.sequence);
+  }
+  return text;
+}
+
+}  // namespace
+
+void CheckSession(const std::string& folder, bool repair, Context& context) {
+  Session session = OpenSession(folder, Verify::kPayloads);
+  for (const std::string& text : session.unfinished) context.progress.Info("not finished: " + text);
+  for (const std::string& text : session.damage) context.progress.Warn(text);
+  const std::string jumps = ClockJumps(session);
+  if (!jumps.empty()) context.progress.Info("the camera's clock jumped " + jumps);
+  const FrameCounts counts = session.info.counts;
+  context.data_lost = !session.damage.empty() || counts.lost + counts.dropped > 0;
+  const nlohmann::json found = ToJson(session);
+  std::string text = fmt::format("{} whole frames; {}", session.frames.size(), Describe(counts));
+  if (!session.info.closed) text += repair ? "; now closed" : "; it was not closed (--repair does that)";
+  if (repair) RepairSession(session);
+  context.Finish(found, text);
+}
+
+}  // namespace polarscan
