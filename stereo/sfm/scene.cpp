@@ -9,9 +9,9 @@
 namespace polarscan {
 namespace {
 
-constexpr std::size_t kEnoughPoints = 20;   // a view's points, for their median depth
-constexpr double kParallel = 0.002;         // mean squared sine between axes: about 2.5 degrees
-constexpr double kBaselinesToScene = 10.0;  // neighbours see it about 6 degrees apart
+constexpr std::size_t kEnoughForMedian = 20;  // a view's points, for their median depth
+constexpr double kParallel = 0.002;           // mean squared sine between axes: about 2.5 degrees
+constexpr double kBaselinesToScene = 10.0;    // neighbours see it about 6 degrees apart
 
 double Median(std::vector<double>& values) {
   const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
@@ -91,9 +91,9 @@ std::vector<double> FocusDepths(const std::vector<DenseView>& views, const std::
   std::vector<double> focus;
   for (std::size_t i = 0; i < views.size(); ++i) {
     const double at_centre = centre ? Depth(views[i], *centre) : 0;
-    focus.push_back(depths[i].size() >= kEnoughPoints ? Median(depths[i])
-                    : at_centre > 0                   ? at_centre
-                                                      : guess);
+    focus.push_back(depths[i].size() >= kEnoughForMedian ? Median(depths[i])
+                    : at_centre > 0                      ? at_centre
+                                                         : guess);
   }
   return focus;
 }

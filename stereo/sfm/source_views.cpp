@@ -13,7 +13,7 @@ constexpr double kBest = 20, kSpreadBelow = 12, kSpreadAbove = 18, kLargest = 80
 constexpr double kSmallest = 3;    // degrees; below, depth is uncertain and the score falls to 0
 constexpr int kSharedPoints = 15;  // with one other view
 constexpr int kPartners = 6;       // other views with so many shared points
-constexpr int kGrid = 7;           // samples a side of the picture for the overlap
+constexpr int kOverlapGrid = 7;    // samples a side of the picture for the overlap
 
 double AngleAt(const Eigen::Vector3d& point, const DenseView& a, const DenseView& b) {
   return AngleDegrees(point - a.cam_from_world.Center(), point - b.cam_from_world.Center());
@@ -34,13 +34,13 @@ bool Sees(const DenseView& view, const Eigen::Vector3d& point) {
 // Share of the reference's picture, as if all of it lay at `depth`, that the source sees.
 double Overlap(const DenseView& reference, const DenseView& source, double depth) {
   int seen = 0;
-  for (int y = 0; y < kGrid; ++y)
-    for (int x = 0; x < kGrid; ++x) {
-      const double u = (x + 0.5) * reference.camera.width / kGrid,
-                   v = (y + 0.5) * reference.camera.height / kGrid;
+  for (int y = 0; y < kOverlapGrid; ++y)
+    for (int x = 0; x < kOverlapGrid; ++x) {
+      const double u = (x + 0.5) * reference.camera.width / kOverlapGrid,
+                   v = (y + 0.5) * reference.camera.height / kOverlapGrid;
       seen += Sees(source, PointAt(reference, u, v, depth));
     }
-  return double(seen) / (kGrid * kGrid);
+  return double(seen) / (kOverlapGrid * kOverlapGrid);
 }
 
 struct Pairs {
