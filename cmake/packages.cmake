@@ -46,6 +46,7 @@ foreach(package polarscan libpolarscan-dev)
 endforeach()
 install(FILES ${CMAKE_BINARY_DIR}/doc/polarscan/copyright ${CMAKE_BINARY_DIR}/doc/polarscan/changelog.gz
   DESTINATION share/doc/polarscan)
+install(DIRECTORY deploy/ DESTINATION share/doc/polarscan/examples USE_SOURCE_PERMISSIONS)
 install(FILES ${CMAKE_BINARY_DIR}/doc/libpolarscan-dev/copyright ${CMAKE_BINARY_DIR}/doc/libpolarscan-dev/changelog.gz
   DESTINATION share/doc/libpolarscan-dev COMPONENT development)
 

@@ -64,7 +64,7 @@ def write_stokes(path, stokes):
 class View(NamedTuple):
     """One view for stereo(). light: Stokes, or an array of S0 for pictures without polarization.
     K: camera matrix in pixels, no skew. cam_from_world: 3x4 or 4x4, camera axes x right, y down, z forward.
-    depth_range: nearest and farthest z of what is seen, in world units. mask: 255 where the object is."""
+    depth_range: nearest and farthest z of what is seen, in world units. mask: not 0 where the object is."""
     light: Union[Stokes, np.ndarray]
     K: np.ndarray
     cam_from_world: np.ndarray
@@ -84,7 +84,8 @@ def _row(view):
         light = np.asarray(light, np.float32)
         light = Stokes(light, *[np.zeros_like(light)] * 3)
     pose = np.asarray(view.cam_from_world, float)[:3]
-    return (*light, view.mask, np.asarray(view.K, float), pose, tuple(map(float, view.depth_range)))
+    mask = None if view.mask is None else (np.asarray(view.mask) != 0) * np.uint8(255)
+    return (*light, mask, np.asarray(view.K, float), pose, tuple(map(float, view.depth_range)))
 
 
 def stereo(views, *, threads=0, folder=None, **options):
@@ -97,6 +98,8 @@ def stereo(views, *, threads=0, folder=None, **options):
         with tempfile.TemporaryDirectory(prefix="polarscan-") as temporary:
             return stereo(views, threads=threads, folder=temporary, **options)
     views, folder = list(views), Path(folder)
+    if not views:
+        raise Error("there are no views")
     _polarscan.write_arrays(folder, [_row(view) for view in views],
                             any(isinstance(view.light, Stokes) for view in views))
     _polarscan.estimate_depths(folder, options, threads)

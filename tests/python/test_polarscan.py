@@ -146,6 +146,23 @@ class Stereo(Temporary):
         _, error = program.communicate(timeout=20)
         self.assertIn("KeyboardInterrupt", error)
 
+    def test_a_mask_keeps_the_estimates_inside_of_it(self):
+        light = np.random.default_rng(1).random((24, 32), np.float32)
+        mask = np.zeros(light.shape, bool)
+        mask[6:18, 8:24] = True
+        pose = lambda x: np.c_[np.eye(3), [x, 0, 0]]
+        views = [polarscan.View(light, [[32, 0, 16], [0, 32, 12], [0, 0, 1]], pose(x), (1, 9), mask) for x in (0, 1, 2)]
+        for depth, _ in polarscan.stereo(views, preset="fast", filter=False):
+            self.assertTrue((depth[mask] > 0).any())
+            self.assertFalse((depth[~mask] > 0).any())
+
+    def test_what_cannot_be_is_an_error(self):
+        with self.assertRaisesRegex(polarscan.Error, "no views"):
+            polarscan.stereo([])
+        view = polarscan.View(np.ones((8, 8)), np.diag([10, 10, 1]), np.eye(4), (1, 2))
+        with self.assertRaisesRegex(polarscan.Error, "mask"):
+            polarscan.stereo([view._replace(mask=np.ones((4, 4)))] * 2)
+
     def test_an_option_that_is_not_there_is_named(self):
         view = polarscan.View(np.ones((8, 8)), np.diag([10, 10, 1]), np.eye(4), (1, 2))
         with self.assertRaisesRegex(polarscan.Error, "no such option: window-size"):
