@@ -5,7 +5,7 @@
 namespace polarscan {
 
 // Each reads one file or folder whole, as the stages do, and looks at every value. Throws Error if it is
-// damaged: what is wrong, and in which file. The fuzz targets in tests/fuzz call the same functions.
+// damaged: what is wrong, and in which file.
 
 // COLMAP's map files: depths finite and not negative, normals finite and unit or zero.
 void CheckMap(const std::filesystem::path& path);

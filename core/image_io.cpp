@@ -231,7 +231,10 @@ std::vector<Image<float>> ReadFloatTiff(const fs::path& path) {
     pages.push_back(ReadPage(file.get(), path));
     if (!SameSize(pages[0], pages.back()))
       throw Error("the pages of this TIFF file differ in size", path.string());
-  } while (TIFFReadDirectory(file.get()) && pages.size() < 64);
+    if (TIFFLastDirectory(file.get())) return pages;
+    if (TIFFReadDirectory(file.get()) != 1)
+      throw Error("the TIFF file is cut off before its last page", path.string(), kMakeAgain);
+  } while (pages.size() < 64);
   return pages;
 }
 

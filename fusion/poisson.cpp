@@ -43,7 +43,7 @@ struct Scratch {
   fs::path path;
   ~Scratch() {
     std::error_code ignored;
-    fs::remove(path, ignored);
+    fs::remove_all(path, ignored);
   }
 };
 
@@ -63,27 +63,29 @@ int PoissonDepth(std::span<const CloudPoint> cloud) {
 
 TriangleMesh PoissonSurface(std::span<const CloudPoint> cloud, int depth, const std::string& program,
                             const fs::path& folder, Progress& progress) {
-  CreateFolder(folder);
-  const fs::path log = folder / "colmap.log";
-  const Scratch points{folder / "points.ply"}, surface{folder / "poisson.ply"};
-  WriteCloud(points.path, {cloud.begin(), cloud.end()});
-  fs::remove(surface.path);
+  // COLMAP leaves files where it works; if it was killed, also its own temporary ones.
+  const Scratch work{folder / "work"};
+  fs::remove_all(work.path);
+  CreateFolder(work.path);
+  const fs::path log = folder / "colmap.log", points = work.path / "points.ply",
+                 surface = work.path / "poisson.ply";
+  WriteCloud(points, {cloud.begin(), cloud.end()});
   Colmap colmap(program, log, progress);
   colmap.Run("poisson_mesher",
-             {{{"input_path"}, fs::absolute(points.path).string(), true},
-              {{"output_path"}, fs::absolute(surface.path).string(), true},
+             {{{"input_path"}, fs::absolute(points).string(), true},
+              {{"output_path"}, fs::absolute(surface).string(), true},
               {{"PoissonMeshing.depth"}, std::to_string(depth), true},
               {{"PoissonMeshing.trim"}, "0", true},
               {{"PoissonMeshing.color"}, "0"},
               {{"PoissonMeshing.num_threads"}, "1", true}},
-             "surface from the cloud", 0, "", folder);  // it leaves files where it works
-  if (!fs::exists(surface.path))
+             "surface from the cloud", 0, "", work.path);
+  if (!fs::exists(surface))
     throw Error(fmt::format("COLMAP made no surface of {} points ({})", cloud.size(),
                             colmap.Complaint().empty() ? "no complaint" : colmap.Complaint()),
                 log.string(),
                 "Look into that log; a smaller --mesh-depth needs less memory; reconstruct --no-mesh goes on "
                 "without a mesh");
-  return ReadMesh(surface.path);
+  return ReadMesh(surface);
 }
 
 }  // namespace polarscan
