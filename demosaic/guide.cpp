@@ -12,7 +12,7 @@ namespace polarscan {
 namespace {
 
 constexpr int kGuideBorder = 4;  // what the differences' averages reach, and one
-constexpr int kGuideBand = 32;  // px: its intermediates stay in the cache
+constexpr int kGuideBand = 32;   // px: its intermediates stay in the cache
 constexpr float kSmallestEdge = 1e-4f;
 
 // What lies between two neighbouring rows (or columns): at index i, between i - 1 and i.
