@@ -2,6 +2,7 @@
 #include "stereo/polarpms/levels.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 namespace polarscan {
@@ -48,12 +49,17 @@ double ObjectPixels(const Workspace& workspace, const StereoOptions& options) {
   return MeasureObject(workspace, options).area;
 }
 
-int Levels(const Workspace& workspace, const StereoOptions& options) {
+Levels ChooseLevels(const Workspace& workspace, const StereoOptions& options) {
   const Extent extent = MeasureObject(workspace, options);
-  double pixels = extent.area / double(workspace.views.size()), width = extent.Width();
-  int levels = 0;
-  do ++levels, pixels /= 4, width /= 2;
-  while (levels < options.levels && pixels >= kFewestPixels && width >= kThinnest);
+  const auto pixels = [&](int count) {  // of the coarsest
+    return extent.area / double(workspace.views.size()) / std::pow(4, count - 1);
+  };
+  const auto width = [&](int count) { return extent.Width() / std::pow(2, count - 1); };
+  Levels levels;
+  while (levels.count < options.levels && pixels(levels.count + 1) >= kFewestPixels &&
+         width(levels.count + 1) >= kThinnest)
+    ++levels.count;
+  levels.match_coarsest = levels.count == 1 && pixels(2) >= kFewestPixels;
   return levels;
 }
 

@@ -36,11 +36,10 @@ struct Step {
 };
 
 // The coarsest level: a search, then rounds. Finer ones: a search while there are search levels left, then
-// refinements, each of them a matching on the surface and a round. The coarsest has them too where it is the
-// full size.
-std::vector<Step> PlanSteps(const StereoOptions& options, int levels) {
+// refinements, each of them a matching on the surface and a round; so does the only level if it shows enough.
+std::vector<Step> PlanSteps(const StereoOptions& options, const Levels& levels) {
   std::vector<Step> steps;
-  int halvings = levels - 1, searches = 0;
+  int halvings = levels.count - 1, searches = 0;
   const auto add = [&](Work work, const std::string& name, float sharpness = 1) {
     const std::string size = halvings ? fmt::format("1/{} size", 1 << halvings) : "full size";
     Step step{work,     fmt::format("step{}", steps.size()),
@@ -59,7 +58,7 @@ std::vector<Step> PlanSteps(const StereoOptions& options, int levels) {
       if (options.rounds > 0) add(Work::kRound, fmt::format("round after matching {}", i), 0.5f);
     }
   };
-  if (levels == 1) refine();
+  if (levels.match_coarsest) refine();
   while (--halvings >= 0) {
     const bool search = ++searches < options.search_levels;
     if (search) add(Work::kSearch, "search");
@@ -80,7 +79,7 @@ class MultilevelStage {
         progress_(progress),
         scale_(GrayScale(workspace)),
         done_(workspace, input_hash, shard),
-        steps_(PlanSteps(options, Levels(workspace, options))) {}
+        steps_(PlanSteps(options, ChooseLevels(workspace, options))) {}
 
   void Run() {
     std::size_t first = steps_.size();  // the step after the last one that is done for all views
@@ -259,7 +258,7 @@ class MultilevelStage {
 
 std::vector<StereoStep> MultilevelSteps(const Workspace& workspace, const StereoOptions& options) {
   std::vector<StereoStep> steps;
-  for (const Step& step : PlanSteps(options, Levels(workspace, options)))
+  for (const Step& step : PlanSteps(options, ChooseLevels(workspace, options)))
     steps.push_back({step.title, step.kind});
   return steps;
 }
