@@ -320,12 +320,14 @@ std::vector<ScanFinding> Scan::Check() const {
     if (record.value("state", "") != "done") continue;
     const FileSums &recorded = checksums_.Recorded(stage), found = checksums_.Measure(OutputsOf(stage), true);
     const std::size_t before = findings.size();
-    for (const FileDifference& d : Differences(recorded, found))
-      findings.push_back({stage, d.file, d.file + " " + d.what});
     const std::string digest = record.value("outputs", "");
+    if (!recorded.empty())  // without, nothing is known of single files
+      for (const FileDifference& d : Differences(recorded, found))
+        findings.push_back({stage, d.file, d.file + " " + d.what});
     if (findings.size() == before && Digest(found) != digest)
       findings.push_back(
-          {stage, "", digest.empty() ? "it was made without checksums" : "its checksums are damaged"});
+          {stage, "",
+           digest.empty() ? "it was made without checksums" : "its checksums are lost or damaged"});
   }
   return findings;
 }

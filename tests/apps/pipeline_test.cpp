@@ -260,6 +260,8 @@ TEST_F(Pipeline, ADamagedScanJsonAndLostChecksumsCostNoResult) {
   ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
   const auto before = Results(scan);
   fs::remove(scan / "checksums.json");
+  EXPECT_EQ(RunPolarscan({"check", scan.string(), "--repair"}).exit_code, kDone) << "scan.json has digests";
+  EXPECT_FALSE(fs::exists(scan / "damaged"));
   EXPECT_EQ(Plan(Command(scan)), AllDone());
   fs::resize_file(scan / "scan.json", 1000);
   const Outcome outcome = RunPolarscan(Command(scan));
