@@ -51,7 +51,7 @@ class ServedCamera {
     thread_.join();
   }
   static std::string Address() {
-    return fmt::format("127.{}.{}.{}", 1 + getpid() / 65536 % 200, getpid() / 256 % 256, getpid() % 254 + 1);
+    return fmt::format("127.{}.{}.{}", 1 + getpid() / 65536 % 200, getpid() / 256 % 256, getpid() % 256);
   }
   GigeCounts counts() const { return server_.counts(); }
 
