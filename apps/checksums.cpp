@@ -42,13 +42,14 @@ std::map<std::string, FileSums> ReadStages(const fs::path& path) {
 
 }  // namespace
 
+bool IsHidden(const fs::path& path) { return path.filename().string().starts_with('.'); }
+
 std::vector<fs::path> FilesBelow(const fs::path& path) {
-  const auto hidden = [](const fs::path& p) { return p.filename().string().starts_with('.'); };
   std::vector<fs::path> files;
   if (fs::is_regular_file(path)) files.push_back(path);
   if (fs::is_directory(path)) {
     for (const fs::directory_entry& entry : fs::recursive_directory_iterator(path))
-      if (entry.is_regular_file() && !hidden(entry.path())) files.push_back(entry.path());
+      if (entry.is_regular_file() && !IsHidden(entry.path())) files.push_back(entry.path());
   }
   std::sort(files.begin(), files.end());
   return files;

@@ -8,14 +8,16 @@
 
 namespace polarscan {
 
+bool IsHidden(const std::filesystem::path& path);  // its name begins with a dot
+
 // All regular files at or below a path, sorted, without hidden ones; none if it does not exist.
 std::vector<std::filesystem::path> FilesBelow(const std::filesystem::path& path);
 
 struct FileSum {
   std::uintmax_t bytes = 0;
   std::string hash;  // core/files.h: ToHex(HashFile)
-  std::int64_t changed_ns =
-      0;  // the system's time of the last change of anything about it; 0: too recent to trust
+  // The system's time of the last change of anything about it; 0: too recent to trust.
+  std::int64_t changed_ns = 0;
 };
 using FileSums = std::map<std::string, FileSum>;  // by path relative to the scan folder
 

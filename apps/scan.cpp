@@ -35,8 +35,6 @@ int Lock(const fs::path& folder) {
   throw Error("another polarscan is working on this scan", folder.string(), "Wait for it, or stop it first");
 }
 
-bool IsHidden(const fs::path& path) { return path.filename().string().starts_with('.'); }
-
 struct StageFiles {
   std::string stage;
   std::vector<fs::path> outputs;  // relative to the scan folder; the first one is always there, others may be
@@ -223,8 +221,10 @@ std::string Scan::WhyNotDone(const Stage& stage) const {
   return difference.empty() ? "its files were changed" : difference;
 }
 
-// The files of a stage are input of the ones after it.
-void Scan::Follow(const std::string& stage) { before_[stage] = Digest(checksums_.Measure(OutputsOf(stage))); }
+// The files of a stage, which is done, are input of the ones after it.
+void Scan::Follow(const std::string& stage) {
+  before_[stage] = StageRecord(state_, stage).value("outputs", "");
+}
 
 void Scan::AddToPlan(const Stage& stage) {
   std::string why = WhyNotDone(stage);
@@ -304,11 +304,11 @@ void Scan::ContinueAfter(const std::string& last) {
         throw Error(
             fmt::format("stage '{}' of this scan was made from another result of stage '{}'", name, earlier),
             folder_.string(), "Run polarscan reconstruct again, or the stages in their order");
-    Follow(name);
+    const FileSums found = checksums_.Measure(OutputsOf(name));
+    before_[name] = Digest(found);  // a file changed by hand counts as it is
     if (record.contains("outputs") && before_[name] != record["outputs"])
-      terminal_->Warn(
-          fmt::format("stage {} is taken as it is, though {}", name,
-                      Difference(checksums_.Recorded(name), checksums_.Measure(OutputsOf(name)))));
+      terminal_->Warn(fmt::format("stage {} is taken as it is, though {}", name,
+                                  Difference(checksums_.Recorded(name), found)));
     if (name == last) return;
   }
 }

@@ -15,18 +15,13 @@ void PadRow(const float* row, int width, int border, float* out) {
   }
 }
 
-Image<float> Pad(const Image<float>& image, int border) {
-  Image<float> padded(image.width() + 2 * border, image.height() + 2 * border);
-  ParallelFor(0, padded.height(), [&](int y) {
-    PadRow(image.row(Reflect(y - border, image.height())), image.width(), border, padded.row(y));
-  });
-  return padded;
-}
+Image<float> Pad(const Image<float>& image, int border) { return PadRows(image, border, 0, image.height()); }
 
 Image<float> PadRows(const Image<float>& image, int border, int first, int last) {
   Image<float> padded(image.width() + 2 * border, last - first + 2 * border);
-  for (int y = 0; y < padded.height(); ++y)
+  ParallelFor(0, padded.height(), [&](int y) {
     PadRow(image.row(Reflect(first + y - border, image.height())), image.width(), border, padded.row(y));
+  });
   return padded;
 }
 
