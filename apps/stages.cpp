@@ -5,6 +5,7 @@
 #include "apps/views.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "fusion/surface_maps.h"
 #include "stereo/workspace.h"
 
 namespace polarscan {
@@ -55,7 +56,7 @@ void RunDense(Scan& scan, const UndistortOptions& options) {
 void RunStereo(Scan& scan, const StereoOptions& options) {
   StereoOptions effective = options;
   scan.Run({"stereo", ToJson(Table(effective))}, [&](Progress& progress) -> nlohmann::json {
-    EstimateDepths(scan.dense(), options, progress);
+    EstimateMaps(scan.dense(), options, progress);
     return {{"views", ReadWorkspace(scan.dense()).views.size()}};
   });
 }

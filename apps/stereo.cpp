@@ -5,6 +5,7 @@
 
 #include "apps/stages.h"
 #include "core/error.h"
+#include "fusion/surface_maps.h"
 #include "stereo/sfm/colmap_workspace.h"
 #include "stereo/workspace.h"
 
@@ -36,7 +37,7 @@ Shard ParseShard(const StereoArguments& a) {
 // Beside other programs that work on the same scan: scan.json stays as it is.
 void RunShard(const std::filesystem::path& dense, const StereoArguments& a, const StereoOptions& options,
               Context& context) {
-  EstimateDepths(dense, options, context.progress, ParseShard(a));
+  EstimateMaps(dense, options, context.progress, ParseShard(a));
   context.Finish(
       {{"shard", a.shard}},
       fmt::format("shard {} is done; after the last one: the same command without --shard", a.shard));
@@ -47,7 +48,7 @@ void RunWorkspace(const StereoArguments& a, const StereoOptions& options, Contex
   const std::filesystem::path& folder = a.scan;
   AdoptColmapWorkspace(folder, context.progress);
   if (!a.shard.empty()) return RunShard(folder, a, options, context);
-  EstimateDepths(folder, options, context.progress);
+  EstimateMaps(folder, options, context.progress);
   const std::size_t views = ReadWorkspace(folder).views.size();
   context.Finish({{"views", views}},
                  fmt::format("maps of {} views: {}; next: polarscan fuse {}, or colmap "

@@ -22,8 +22,10 @@ struct TriangleMesh {
 // Unit vertex normals, each the area-weighted mean of its triangles' normals.
 void ComputeVertexNormals(TriangleMesh& mesh);
 
-// PLY, ascii or binary, either byte order; polygons are split into fans. Throws Error on a damaged file.
-TriangleMesh ReadMesh(const std::filesystem::path& path);
+// PLY, ascii or binary, either byte order; polygons are split into fans. Throws Error on a damaged file, and
+// on vertices that are not finite points: or leaves them out, with the triangles that use them.
+enum class NotFinite { kRefuse, kLeaveOut };
+TriangleMesh ReadMesh(const std::filesystem::path& path, NotFinite not_finite = NotFinite::kRefuse);
 // Binary little-endian PLY with normals. Atomic.
 void WriteMesh(const std::filesystem::path& path, const TriangleMesh& mesh);
 

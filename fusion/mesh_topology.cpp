@@ -107,6 +107,40 @@ KeptPart KeepTriangles(const TriangleMesh& mesh, const std::vector<bool>& keep) 
   return part;
 }
 
+TriangleMesh Subdivided(const TriangleMesh& mesh, std::vector<bool>& marks) {
+  std::vector<Edge> edges;
+  edges.reserve(3 * mesh.triangles.size());
+  for (const Triangle& t : mesh.triangles)
+    for (std::size_t i = 0; i < 3; ++i) edges.emplace_back(std::minmax(t[i], t[(i + 1) % 3]));
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  const auto middle = [&](std::uint32_t a, std::uint32_t b) {
+    const auto found = std::lower_bound(edges.begin(), edges.end(), Edge(std::minmax(a, b)));
+    return std::uint32_t(mesh.vertices.size() + std::size_t(found - edges.begin()));
+  };
+  TriangleMesh fine{mesh.vertices, {}, {}};
+  for (const auto& [a, b] : edges) {
+    const Eigen::Vector3d along = mesh.vertices[b] - mesh.vertices[a];
+    const Eigen::Vector3d &na = mesh.normals[a], &nb = mesh.normals[b];
+    fine.vertices.push_back(mesh.vertices[a] + along / 2 + (along.dot(nb) * nb - along.dot(na) * na) / 8);
+    marks.push_back(marks[a] && marks[b]);
+  }
+  fine.triangles.reserve(4 * mesh.triangles.size());
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const std::uint32_t ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+    fine.triangles.insert(fine.triangles.end(), {{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}});
+  }
+  ComputeVertexNormals(fine);
+  return fine;
+}
+
+double MeanEdge(const TriangleMesh& mesh) {
+  double sum = 0;
+  for (const Triangle& t : mesh.triangles)
+    for (std::size_t i = 0; i < 3; ++i) sum += (mesh.vertices[t[i]] - mesh.vertices[t[(i + 1) % 3]]).norm();
+  return sum / (3 * double(mesh.triangles.size()));
+}
+
 double TriangleArea(const TriangleMesh& mesh, const Triangle& t) {
   const Eigen::Vector3d& a = mesh.vertices[t[0]];
   return (mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a).norm() / 2;

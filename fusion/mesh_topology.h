@@ -44,6 +44,12 @@ struct KeptPart {
 };
 KeptPart KeepTriangles(const TriangleMesh& mesh, const std::vector<bool>& keep);
 
+// Four triangles for each. An edge's new vertex lies in the middle of the cubic curve that leaves both ends
+// perpendicular to their normals, so a round surface stays round. marks: one for each vertex; a new one is
+// marked if both ends are. Normals are computed anew.
+TriangleMesh Subdivided(const TriangleMesh& mesh, std::vector<bool>& marks);
+
+double MeanEdge(const TriangleMesh& mesh);  // length, world units
 double TriangleArea(const TriangleMesh& mesh, const Triangle& triangle);
 
 }  // namespace polarscan

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "fusion/close_surface.h"
 #include "fusion/dress_mesh.h"
+#include "fusion/mesh_topology.h"
 #include "fusion/poisson.h"
 #include "fusion/silhouettes.h"
 #include "fusion/simplify.h"
@@ -20,7 +21,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kFewestPoints = 100;
-constexpr double kMaskMargin = 2;  // px, as in stereo: masks are not that exact
+constexpr std::size_t kMostVertices = 2'000'000;  // of a mesh whose triangles were divided
+constexpr double kMaskMargin = 2;                 // px, as in stereo: masks are not that exact
 
 std::vector<CloudPoint> ConfidentPoints(const fs::path& cloud_ply, double min_confidence) {
   if (!fs::exists(cloud_ply))
@@ -36,7 +38,7 @@ std::vector<CloudPoint> ConfidentPoints(const fs::path& cloud_ply, double min_co
   return cloud;
 }
 
-MeshSummary Plan(const std::vector<CloudPoint>& cloud, const MeshOptions& options) {
+MeshSummary PlanSurface(const std::vector<CloudPoint>& cloud, const MeshOptions& options) {
   if (options.depth > 0 && options.depth < kCoarsestDepth)
     throw Error("option out of range", fmt::format("--mesh-depth {}", options.depth),
                 fmt::format("It must be 0, or {} to 13", kCoarsestDepth));
@@ -96,6 +98,11 @@ OptionTable Table(MeshOptions& o) {
        "Largest gap that is closed, as a share of the surface; 0: none is; 1000: the mesh is watertight", "",
        0, 1e9},
       {"mesh-min-piece", &o.min_piece, "Smallest piece that is kept, as a share of the largest", "", 0, 1},
+      {"mesh-edge", &o.edge_px,
+       "Triangles are divided until their edges are this long in the pictures, which refinement needs to "
+       "show "
+       "what they show; 0: they are not",
+       "px", 0, 1000},
       {"faces", &o.faces, "Triangles of the mesh at most; 0: as many as it has", "", 0, 1e9},
       {"colmap", &o.colmap, "COLMAP's program, a name or a path"},
   };
@@ -124,18 +131,48 @@ nlohmann::json ToJson(const MeshSummary& s) {
 }
 
 MeshSummary PlanMesh(const fs::path& cloud_ply, const MeshOptions& options) {
-  return Plan(ConfidentPoints(cloud_ply, options.min_confidence), options);
+  return PlanSurface(ConfidentPoints(cloud_ply, options.min_confidence), options);
+}
+
+double PixelSize(const std::vector<CloudPoint>& cloud, const Workspace& workspace) {
+  std::vector<double> sizes;
+  for (std::size_t i = 0; i < cloud.size(); i += 1 + cloud.size() / 1000) {
+    double least = 1e30;
+    for (const DenseView& view : workspace.views) {
+      const Eigen::Vector3d p = view.cam_from_world * cloud[i].position.cast<double>();
+      if (p.z() <= 0) continue;
+      const Eigen::Vector2d at = view.camera.Project(p);
+      if (at.x() < 0 || at.y() < 0 || at.x() >= view.camera.width || at.y() >= view.camera.height) continue;
+      least = std::min(least, p.z() / view.camera.fx);
+    }
+    if (least < 1e30) sizes.push_back(least);
+  }
+  if (sizes.empty()) return 0;
+  const auto middle = sizes.begin() + std::ptrdiff_t(sizes.size() / 2);
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  return *middle;
+}
+
+CloudSurface MakeSurface(const std::vector<CloudPoint>& cloud, const Workspace& workspace,
+                         const fs::path& folder, const MeshOptions& options, MeshSummary& summary,
+                         Progress& progress) {
+  CloudSurface surface;
+  summary = PlanSurface(cloud, options);
+  surface.mesh = SurfaceOf(cloud, workspace, folder, options, surface.far, summary, progress);
+  progress.Check();
+  const double edge = options.edge_px * PixelSize(cloud, workspace);
+  while (edge > 0 && MeanEdge(surface.mesh) > edge && 4 * surface.mesh.vertices.size() < kMostVertices)
+    surface.mesh = Subdivided(surface.mesh, surface.far);
+  surface.mesh =
+      Refined(std::move(surface.mesh), surface.far, workspace, options.refinement, summary, progress);
+  return surface;
 }
 
 MeshSummary MakeMesh(const fs::path& cloud_ply, const fs::path& dense, const fs::path& mesh_ply,
                      const fs::path& folder, const MeshOptions& options, Progress& progress) {
   const std::vector<CloudPoint> cloud = ConfidentPoints(cloud_ply, options.min_confidence);
-  MeshSummary summary = Plan(cloud, options);
-  const Workspace workspace = ReadWorkspace(dense);
-  std::vector<bool> far;
-  TriangleMesh mesh = SurfaceOf(cloud, workspace, folder, options, far, summary, progress);
-  progress.Check();
-  mesh = Refined(std::move(mesh), far, workspace, options.refinement, summary, progress);
+  MeshSummary summary;
+  TriangleMesh mesh = MakeSurface(cloud, ReadWorkspace(dense), folder, options, summary, progress).mesh;
   if (options.faces > 0 && mesh.triangles.size() > std::size_t(options.faces))
     mesh = Simplify(mesh, options.faces);
   summary.vertices = mesh.vertices.size(), summary.faces = mesh.triangles.size();

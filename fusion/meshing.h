@@ -4,8 +4,10 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "core/mesh.h"
 #include "core/options.h"
 #include "core/progress.h"
+#include "fusion/cloud.h"
 #include "fusion/refine.h"
 
 namespace polarscan {
@@ -17,6 +19,7 @@ struct MeshOptions {
   double trim_cells = 1;
   double close = 0.2;
   double min_piece = 0.01;
+  double edge_px = 1.5;
   int faces = 0;
   RefineOptions refinement;
   std::string colmap = "colmap";
@@ -39,11 +42,24 @@ nlohmann::json ToJson(const MeshSummary& summary);
 // What MakeMesh would do with this cloud: points, depth and cell of the summary; writes nothing.
 MeshSummary PlanMesh(const std::filesystem::path& cloud_ply, const MeshOptions& options);
 
-// A mesh of a scan's cloud: a Poisson surface (fusion/poisson.h), closed or cut where there are no points
-// (fusion/close_surface.h), refined by the pictures if they are polarized (fusion/refine.h), with fewer faces
-// if asked for (fusion/simplify.h), and with the colours of the nearest points; written to `mesh_ply`.
-// `folder` holds what is needed on the way and COLMAP's log. Same bytes for any number of threads. Throws
-// Error if the cloud is missing, has no normals, or makes no surface.
+// The surface of a cloud: a Poisson surface (fusion/poisson.h), closed or cut where there are no points
+// (fusion/close_surface.h), its triangles divided to the size of the pictures' pixels, and refined by the
+// pictures if they are polarized (fusion/refine.h).
+struct CloudSurface {
+  TriangleMesh mesh;
+  std::vector<bool> far;  // vertices that no points bear out
+};
+CloudSurface MakeSurface(const std::vector<CloudPoint>& cloud, const Workspace& workspace,
+                         const std::filesystem::path& folder, const MeshOptions& options,
+                         MeshSummary& summary, Progress& progress);
+
+// World units that a pixel of the view that sees it best covers at a point of the cloud: the median. 0 if no
+// view sees any.
+double PixelSize(const std::vector<CloudPoint>& cloud, const Workspace& workspace);
+
+// The surface of a scan's cloud, with fewer faces if asked for (fusion/simplify.h), and with the colours of
+// the nearest points; written to `mesh_ply`. `folder` holds what is needed on the way and COLMAP's log. Same
+// bytes for any number of threads. Throws Error if the cloud is missing, has no normals, or makes no surface.
 MeshSummary MakeMesh(const std::filesystem::path& cloud_ply, const std::filesystem::path& dense,
                      const std::filesystem::path& mesh_ply, const std::filesystem::path& folder,
                      const MeshOptions& options, Progress& progress);

@@ -85,7 +85,7 @@ TriangleMesh PoissonSurface(std::span<const CloudPoint> cloud, int depth, const 
                 log.string(),
                 "Look into that log; a smaller --mesh-depth needs less memory; reconstruct --no-mesh goes on "
                 "without a mesh");
-  return ReadMesh(surface);
+  return ReadMesh(surface, NotFinite::kLeaveOut);  // COLMAP 3.8 makes a few such vertices of some clouds
 }
 
 }  // namespace polarscan

@@ -20,8 +20,9 @@ double PoissonCell(std::span<const CloudPoint> cloud, int depth);
 
 // Screened Poisson reconstruction (Kazhdan, Hoppe, TOG 2013) by COLMAP's poisson_mesher, run as a program on
 // one thread: with more it gives other bytes each time (and 3.8 takes longer). A surface around everything,
-// also where there are no points; closed but where it meets the cube. No vertex normals. Works in `folder`,
-// which keeps COLMAP's log. Throws Error if COLMAP is missing or makes no surface.
+// also where there are no points; closed but where it meets the cube, and where COLMAP made no numbers. No
+// vertex normals. Works in `folder`, which keeps COLMAP's log. Throws Error if COLMAP is missing or makes no
+// surface.
 TriangleMesh PoissonSurface(std::span<const CloudPoint> cloud, int depth, const std::string& colmap,
                             const std::filesystem::path& folder, Progress& progress);
 

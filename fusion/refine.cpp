@@ -20,9 +20,12 @@ constexpr float kSoftness = 0.15f * 0.15f;  // squared sine of the angle off a s
 VertexConstraints AllConstraints(const TriangleMesh& mesh, const Workspace& workspace, Progress& progress) {
   const auto visible = VisibleVertices(mesh, workspace, progress);
   VertexConstraints constraints(mesh.vertices.size());
+  StereoOptions options;
+  options.masks = false;  // nothing here asks for them
   for (int view = 0; view < int(workspace.views.size()); ++view) {
     progress.Check();
-    AddAopConstraints(mesh, LoadStereoView(workspace, view, 1, {}), visible[std::size_t(view)], constraints);
+    AddAopConstraints(mesh, LoadStereoView(workspace, view, 1, options), visible[std::size_t(view)],
+                      constraints);
   }
   return constraints;
 }

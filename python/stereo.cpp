@@ -9,10 +9,10 @@
 #include <optional>
 
 #include "core/image_io.h"
+#include "fusion/surface_maps.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "stereo/map_io.h"
-#include "stereo/polarpms/stereo.h"
 #include "stereo/sfm/source_views.h"
 #include "stereo/workspace.h"
 
@@ -65,7 +65,7 @@ void RunStereo(const std::filesystem::path& folder, const py::dict& arguments, i
   std::future<void> result = std::async(std::launch::async, [&] {
     std::optional<tbb::global_control> limit;
     if (threads > 0) limit.emplace(tbb::global_control::max_allowed_parallelism, std::size_t(threads));
-    EstimateDepths(folder, options, progress);
+    EstimateMaps(folder, options, progress);
   });
   bool interrupted = false;
   {

@@ -22,8 +22,9 @@ namespace polarscan {
 //   stereo/depth_maps/NAME.png.{photometric,geometric}.bin, stereo/normal_maps/..., patch-match.cfg,
 //   fusion.cfg views.json                    what COLMAP's files cannot hold: the cameras at pixel centres,
 //   depth ranges, sources
-// NAME is the input picture's stem. A workspace that COLMAP made (stereo/sfm/colmap_workspace.h) holds plain
-// photos: no polar/, pictures of any kind and in any folders below images/.
+// NAME is the input picture's stem. stereo/ holds other kinds of maps while it is made. A workspace that
+// COLMAP made (stereo/sfm/colmap_workspace.h) holds plain photos: no polar/, pictures of any kind and in any
+// folders below images/.
 struct DenseView {
   std::string name;  // of the picture without its extension
   Pinhole camera;    // pixel centres at integer + 0.5
@@ -32,6 +33,11 @@ struct DenseView {
   std::vector<int> sources;             // indices into Workspace::views, best first
   std::string picture{};                // below images/; empty: NAME.png
 };
+
+// Kinds of maps: the result, and what each view made before all views were drawn together
+// (fusion/surface_maps.h).
+inline constexpr const char* kFinalMaps = "geometric";
+inline constexpr const char* kSeparateMaps = "separate";
 
 // The picture's name without its extension: "left/0001.jpg" gives "left/0001".
 std::string ViewName(const std::string& picture);
@@ -51,7 +57,7 @@ struct Workspace {
   std::filesystem::path MaskPath(int view) const { return folder / "masks" / (views[view].name + ".png"); }
   // What stereo reads: the Stokes view, or the picture where there is none.
   std::filesystem::path LightPath(int view) const;
-  // kind: "photometric" or "geometric".
+  // kind: as above, or another step's.
   std::filesystem::path DepthPath(int view, const std::string& kind) const {
     return folder / "stereo/depth_maps" / (PictureName(view) + "." + kind + ".bin");
   }

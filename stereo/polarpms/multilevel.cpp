@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <numbers>
 #include <optional>
 
 #include "core/parallel.h"
@@ -65,7 +64,7 @@ std::vector<Step> PlanSteps(const StereoOptions& options, const Levels& levels) 
     if (search && options.rounds > 0) add(Work::kRound, "round after the search", 0.5f);
     refine();
   }
-  steps.back().kind = "geometric";
+  steps.back().kind = options.surface ? kSeparateMaps : kFinalMaps;
   return steps;
 }
 
@@ -90,6 +89,7 @@ class MultilevelStage {
       if (i > 0) done_.Remove(steps_[i].before);
     }
     done_.Remove("photometric");  // of another schedule
+    if (!options_.surface) done_.Remove(kSeparateMaps);
     if (shard_.count == 1) {
       RemoveStepsLeft();
       done_.KeepOnly(steps_.back().kind);
@@ -99,7 +99,8 @@ class MultilevelStage {
  private:
   int Count() const { return int(workspace_.views.size()); }
 
-  bool IsLast(const Step& step) const { return step.kind == steps_.back().kind; }
+  // Whether these maps are the result, and to be filtered if so.
+  bool IsFiltered(const Step& step) const { return options_.filter && step.kind == kFinalMaps; }
 
   // Of a run that was killed before it could remove them, or of one with other options.
   void RemoveStepsLeft() const {
@@ -193,7 +194,7 @@ class MultilevelStage {
     const CheckerboardPass pass{warm ? options_.geometric_iterations : options_.photometric_iterations, warm,
                                 100 * step.index};
     RunCheckerboard(problem, options_, hull, pass, map, progress_);
-    if (IsLast(step) && options_.filter) FilterEstimates(problem, options_, {}, map);
+    if (IsFiltered(step)) FilterEstimates(problem, options_, {}, map);
     return map;
   }
 
@@ -207,40 +208,17 @@ class MultilevelStage {
     matching.smoothing_px = float(options_.matching_smoothing_px);
     matching.epsilon = float(options_.ncc_epsilon);
     DepthNormalMap map{MatchSurface(problem, *own, matching), own->normal};
-    if (IsLast(step) && options_.filter) FilterEstimates(problem, options_, {}, map);
+    if (IsFiltered(step)) FilterEstimates(problem, options_, {}, map);
     return map;
   }
 
   DepthNormalMap Round(const Step& step, int view, Cache<StereoView>& views, Cache<DepthNormalMap>& maps) {
-    const DenseView& dense = workspace_.views[std::size_t(view)];
     const auto reference = views.Get(view);
-    Problem problem{reference.get(), {}, float(dense.depth_min), float(dense.depth_max), view};
+    const Problem problem = VotersProblem(workspace_, view, options_, *reference, views, maps);
     const auto own = maps.Get(view);
-    for (int voter : Voters(view))
-      problem.sources.push_back(MakeSource(*reference, views.Get(voter), maps.Get(voter)));
     RoundResult result = RunRound(problem, *own, options_, step.sharpness);
-    if (IsLast(step) && options_.filter) FilterBySupport(problem, options_, result.confidence, result.map);
+    if (IsFiltered(step)) FilterBySupport(problem, options_, result.confidence, result.map);
     return std::move(result.map);
-  }
-
-  // The views whose direction to the middle of this view's scene differs least, nearest first.
-  std::vector<int> Voters(int view) const {
-    const DenseView& own = workspace_.views[std::size_t(view)];
-    const double depth = 0.5 * (own.depth_min + own.depth_max);
-    const Eigen::Vector3d middle = own.cam_from_world.Inverse() *
-                                   (depth * own.camera.Ray(own.camera.width / 2., own.camera.height / 2.));
-    const Eigen::Vector3d here = own.cam_from_world.Center() - middle;
-    std::vector<std::pair<double, int>> voters;
-    for (int other = 0; other < Count(); ++other) {
-      const DenseView& voter = workspace_.views[std::size_t(other)];
-      const double angle = AngleDegrees(here, voter.cam_from_world.Center() - middle);
-      if (other != view && angle <= options_.vote_angle_deg) voters.emplace_back(angle, other);
-    }
-    std::ranges::sort(voters);
-    std::vector<int> nearest;
-    for (const auto& [angle, other] : voters)
-      if (int(nearest.size()) < options_.vote_views) nearest.push_back(other);
-    return nearest;
   }
 
   const Workspace& workspace_;

@@ -24,6 +24,7 @@ StereoOptions StereoPreset(const std::string& name) {
   options.schedule = "sequential";
   options.photometric_iterations = 3;
   options.sources = 10;
+  options.surface = false;
   options.geometric_iterations = 2;
   options.warm_geometric_pass = false;
   options.window_corners = true;
@@ -69,6 +70,10 @@ OptionTable Table(StereoOptions& o) {
       {"refinements", &o.refinements,
        "checkerboard: at each finer size, matchings of the whole surface, a round across views after each",
        "", 0, 10},
+      {"surface", &o.surface,
+       "checkerboard: at the end all views' maps become one surface (by COLMAP's poisson_mesher), which AoP "
+       "and "
+       "outlines refine, and take their depths and normals from it"},
       {"rounds", &o.rounds, "checkerboard: rounds across views at the coarsest level; 0: none at any", "", 0,
        10},
       {"chosen-sources", &o.chosen_sources, "checkerboard: source views that decide at a pixel", "", 1, 32},

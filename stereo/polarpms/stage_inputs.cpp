@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereo/polarpms/stage_inputs.h"
 
+#include <algorithm>
+
 #include "core/error.h"
 #include "stereo/map_io.h"
 
@@ -35,6 +37,27 @@ Problem MakeProblem(const Workspace& workspace, int view, const StereoOptions& o
     if (int(problem.sources.size()) >= options.sources) break;
     problem.sources.push_back(MakeSource(reference, views.Get(source), maps ? maps->Get(source) : nullptr));
   }
+  return problem;
+}
+
+Problem VotersProblem(const Workspace& workspace, int view, const StereoOptions& options,
+                      const StereoView& reference, Cache<StereoView>& views, Cache<DepthNormalMap>& maps) {
+  const DenseView& own = workspace.views[std::size_t(view)];
+  const double depth = 0.5 * (own.depth_min + own.depth_max);
+  const Eigen::Vector3d middle =
+      own.cam_from_world.Inverse() * (depth * own.camera.Ray(own.camera.width / 2., own.camera.height / 2.));
+  const Eigen::Vector3d here = own.cam_from_world.Center() - middle;
+  std::vector<std::pair<double, int>> voters;
+  for (int other = 0; other < int(workspace.views.size()); ++other) {
+    const DenseView& voter = workspace.views[std::size_t(other)];
+    const double angle = AngleDegrees(here, voter.cam_from_world.Center() - middle);
+    if (other != view && angle <= options.vote_angle_deg) voters.emplace_back(angle, other);
+  }
+  std::ranges::sort(voters);
+  if (voters.size() > std::size_t(options.vote_views)) voters.resize(std::size_t(options.vote_views));
+  Problem problem{&reference, {}, float(own.depth_min), float(own.depth_max), view};
+  for (const auto& [angle, other] : voters)
+    problem.sources.push_back(MakeSource(reference, views.Get(other), maps.Get(other)));
   return problem;
 }
 

@@ -19,6 +19,11 @@ void WriteMaps(const Workspace& workspace, int view, const std::string& kind, co
 Problem MakeProblem(const Workspace& workspace, int view, const StereoOptions& options,
                     const StereoView& reference, Cache<StereoView>& views, Cache<DepthNormalMap>* maps);
 
+// The view with all that vote for its depths (options.vote_angle_deg, vote_views), with their maps: those
+// whose direction to the middle of this view's scene differs least, nearest first.
+Problem VotersProblem(const Workspace& workspace, int view, const StereoOptions& options,
+                      const StereoView& reference, Cache<StereoView>& views, Cache<DepthNormalMap>& maps);
+
 // Every other view that has a silhouette; none if silhouettes are switched off.
 std::vector<Source> Silhouettes(const Workspace& workspace, int view, const StereoOptions& options,
                                 const StereoView& reference, Cache<StereoView>& views);

@@ -17,18 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr const char* kPhotometric = "photometric";
-constexpr const char* kGeometric = "geometric";
-
-std::uint64_t InputHash(const Workspace& workspace, StereoOptions options) {
-  std::uint64_t hash = Hash(ToJson(Table(options)).dump());
-  hash = HashFile(workspace.folder / "views.json", hash);
-  for (int view = 0; view < int(workspace.views.size()); ++view) {
-    hash = HashFile(workspace.LightPath(view), hash);
-    if (options.masks && fs::exists(workspace.MaskPath(view)))
-      hash = HashFile(workspace.MaskPath(view), hash);
-  }
-  return hash;
-}
 
 // The paper's schedule: a photometric pass over all views, then a geometric one.
 class SequentialStage {
@@ -66,7 +54,7 @@ class SequentialStage {
 
   // Four sweeps an iteration: row-major, column-major, and both in reverse (section 3.1).
   void EstimateView(int view, const std::string& kind, int first_sweep, int iterations) {
-    const bool geometric = kind == kGeometric;
+    const bool geometric = kind == kFinalMaps;
     const auto reference = views_.Get(view);
     const Problem problem =
         MakeProblem(workspace_, view, options_, *reference, views_, geometric ? &maps_ : nullptr);
@@ -102,6 +90,17 @@ class SequentialStage {
 
 }  // namespace
 
+std::uint64_t StereoInputHash(const Workspace& workspace, StereoOptions options) {
+  std::uint64_t hash = Hash(ToJson(Table(options)).dump());
+  hash = HashFile(workspace.folder / "views.json", hash);
+  for (int view = 0; view < int(workspace.views.size()); ++view) {
+    hash = HashFile(workspace.LightPath(view), hash);
+    if (options.masks && fs::exists(workspace.MaskPath(view)))
+      hash = HashFile(workspace.MaskPath(view), hash);
+  }
+  return hash;
+}
+
 StereoPlan PlanDepths(const fs::path& dense, const StereoOptions& options) {
   const Workspace workspace = ReadWorkspace(dense);
   StereoPlan plan{int(workspace.views.size()), ObjectPixels(workspace, options), {}};
@@ -110,8 +109,10 @@ StereoPlan PlanDepths(const fs::path& dense, const StereoOptions& options) {
   else
     plan.steps = {{"photometric pass", kPhotometric}};
   if (options.schedule != "checkerboard" && options.geometric_iterations > 0)
-    plan.steps.push_back({"geometric pass", kGeometric});
-  const DoneList done(workspace, InputHash(workspace, options));
+    plan.steps.push_back({"geometric pass", kFinalMaps});
+  if (options.schedule == "checkerboard" && options.surface)
+    plan.steps.push_back({"maps from the common surface", kFinalMaps});
+  const DoneList done(workspace, StereoInputHash(workspace, options));
   for (StereoStep& step : plan.steps) step.done = done.Count(step.kind);
   return plan;
 }
@@ -121,14 +122,14 @@ void EstimateDepths(const fs::path& dense, const StereoOptions& options, Progres
   const Workspace workspace = ReadWorkspace(dense);
   if (!workspace.polarized && options.polarization)
     progress.Warn("the pictures hold no polarization: the polarization term is neglected");
-  const std::uint64_t inputs = InputHash(workspace, options);
+  const std::uint64_t inputs = StereoInputHash(workspace, options);
   if (options.schedule == "checkerboard") return RunMultilevel(workspace, options, inputs, shard, progress);
   SequentialStage stage(workspace, options, inputs, shard, progress);
   stage.RunPass(kPhotometric, 0, options.photometric_iterations);
   if (options.geometric_iterations > 0)
-    stage.RunPass(kGeometric, 4 * options.photometric_iterations, options.geometric_iterations);
+    stage.RunPass(kFinalMaps, 4 * options.photometric_iterations, options.geometric_iterations);
   else
-    stage.RemoveMaps(kGeometric);  // of an earlier run: they would go before the photometric ones
+    stage.RemoveMaps(kFinalMaps);  // of an earlier run: they would go before the photometric ones
 }
 
 }  // namespace polarscan

@@ -6,12 +6,15 @@
 #include "stereo/polarpms/options.h"
 #include "stereo/polarpms/plan.h"
 #include "stereo/polarpms/shard.h"
+#include "stereo/workspace.h"
 
 namespace polarscan {
 
 // PolarPMS over a dense workspace (stereo/workspace.h): a photometric pass over all views (F_pho + F_pol +
-// F_dep), then a geometric pass over all views that starts from those maps, adds F_geo and filters. Writes
-// stereo/depth_maps/NAME.png.{photometric,geometric}.bin and stereo/normal_maps/....
+// F_dep), then a geometric pass over all views that starts from those maps, adds F_geo and filters; or the
+// schedule of multilevel.h. Writes stereo/depth_maps/NAME.png.{photometric,geometric}.bin and
+// stereo/normal_maps/...; with options.surface the last maps are kSeparateMaps, without a filter, for
+// fusion/surface_maps.h.
 // A view's maps are kept if they were made with the same inputs and options (stereo/done.json holds the
 // hashes), so a killed run goes on where it was. Throws Error if the workspace is damaged or a view has no
 // source views.
@@ -19,7 +22,11 @@ namespace polarscan {
 void EstimateDepths(const std::filesystem::path& dense, const StereoOptions& options, Progress& progress,
                     const Shard& shard = {});
 
-// What EstimateDepths would do, and how much of it is done. Throws Error if the workspace is damaged.
+// Of the options and of all files that the maps depend on.
+std::uint64_t StereoInputHash(const Workspace& workspace, StereoOptions options);
+
+// What EstimateDepths and the surface would do, and how much of it is done. Throws Error if the workspace is
+// damaged.
 StereoPlan PlanDepths(const std::filesystem::path& dense, const StereoOptions& options);
 
 }  // namespace polarscan

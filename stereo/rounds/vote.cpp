@@ -138,13 +138,12 @@ Ballot NearestMode(std::span<Ballot> ballots, const VoteOptions& options, const 
   return {};  // not reached: one of them has the best support
 }
 
-}  // namespace
-
-Vote VoteForDepth(const Problem& problem, const DepthNormalMap& own, const VoteOptions& options) {
-  const int width = own.depth.width(), height = own.depth.height();
-  const Box box = AroundActive(problem, width, height);
-  Vote vote{Image<float>(width, height), Image<float>(width, height)};
-  if (box.right <= box.left) return vote;
+// f(x, y, ballots) for every active pixel of which there are any: what the sources' surfaces and the own map
+// say.
+template <class F>
+void ForBallots(const Problem& problem, const DepthNormalMap& own, float sigma, F&& f) {
+  const Box box = AroundActive(problem, own.depth.width(), own.depth.height());
+  if (box.right <= box.left) return;
   std::vector<Image<Opinion>> surfaces(problem.sources.size());
   ParallelFor(0, int(surfaces.size()), [&](int s) {
     surfaces[std::size_t(s)] = DrawSurface(problem, problem.sources[std::size_t(s)], box);
@@ -162,15 +161,33 @@ Vote VoteForDepth(const Problem& problem, const DepthNormalMap& own, const VoteO
         const Opinion& opinion = surface(x - box.left, y - box.top);
         if (opinion.near_by.depth <= 0) continue;
         ballots.push_back(opinion.near_by);
-        if (opinion.far_off.depth > opinion.near_by.depth * (1 + 3 * options.sigma))
+        if (opinion.far_off.depth > opinion.near_by.depth * (1 + 3 * sigma))
           ballots.push_back(opinion.far_off);
       }
-      if (ballots.empty()) continue;
-      const Ballot mode = NearestMode(ballots, options, problem, ray);
-      vote.depth(x, y) = mode.depth, vote.confidence(x, y) = mode.weight;
+      if (!ballots.empty()) f(x, y, std::span(ballots));
     }
   });
+}
+
+}  // namespace
+
+Vote VoteForDepth(const Problem& problem, const DepthNormalMap& own, const VoteOptions& options) {
+  Vote vote{Image<float>(own.depth.width(), own.depth.height()),
+            Image<float>(own.depth.width(), own.depth.height())};
+  ForBallots(problem, own, options.sigma, [&](int x, int y, std::span<Ballot> ballots) {
+    const Ballot mode = NearestMode(ballots, options, problem, problem.Ray(x, y));
+    vote.depth(x, y) = mode.depth, vote.confidence(x, y) = mode.weight;
+  });
   return vote;
+}
+
+Image<float> SupportOf(const Image<float>& depth, const Problem& problem, const DepthNormalMap& own,
+                       float sigma) {
+  Image<float> support(depth.width(), depth.height());
+  ForBallots(problem, own, sigma, [&](int x, int y, std::span<Ballot> ballots) {
+    if (depth(x, y) > 0) support(x, y) = Support(ballots, depth(x, y), sigma * depth(x, y)).weight;
+  });
+  return support;
 }
 
 }  // namespace polarscan

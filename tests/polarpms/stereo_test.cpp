@@ -128,7 +128,7 @@ class Sphere : public testing::Test {
     options.geometric_iterations = 1;
     options.window_radius = 3;
     options.window_step = 1;
-    options.filter = false;
+    options.filter = options.surface = false;
     return options;
   }
 

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion/surface_maps.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <optional>
+
+#include "core/error.h"
+#include "core/files.h"
+#include "core/parallel.h"
+#include "fusion/fuse.h"
+#include "fusion/mesh_topology.h"
+#include "fusion/meshing.h"
+#include "stereo/map_io.h"
+#include "stereo/polarpms/done_list.h"
+#include "stereo/polarpms/filter.h"
+#include "stereo/polarpms/stage_inputs.h"
+#include "stereo/rounds/vote.h"
+
+namespace polarscan {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostPoints = 2'000'000;  // that make the surface: every second, third, ... of more
+constexpr std::size_t kLeastCloud = 100;
+constexpr double kCoarsest = 3;        // px, mean edge of a surface that still shows what the maps show
+constexpr float kSame = 0.02f;         // share of the depth by which an estimate may differ from a membrane
+constexpr float kLeastFacing = 0.02f;  // cosine between a normal and the line of sight
+
+struct Drawn {
+  RayCaster caster;
+  std::vector<bool> far;
+};
+
+std::vector<CloudPoint> FusedCloud(const Workspace& workspace, const fs::path& folder,
+                                   const StereoOptions& options, Progress& progress) {
+  FusionOptions fusion;
+  fusion.maps = kSeparateMaps;
+  fusion.masks = options.masks;
+  const fs::path file = folder / "cloud.ply";
+  FuseCloud(workspace, file, fusion, progress);
+  std::vector<CloudPoint> cloud = ReadCloud(file);
+  fs::remove(file);
+  const std::size_t every = 1 + (cloud.size() - 1) / kMostPoints;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < cloud.size(); i += every) cloud[kept++] = cloud[i];
+  cloud.resize(kept);
+  return cloud;
+}
+
+// Throws Error if the maps make no surface as fine as they are.
+Drawn CommonSurface(const Workspace& workspace, const fs::path& folder, const StereoOptions& options,
+                    Progress& progress) {
+  const std::vector<CloudPoint> cloud = FusedCloud(workspace, folder, options, progress);
+  if (cloud.size() < kLeastCloud)
+    throw Error(fmt::format("{} points that views agree on are too few for a surface", cloud.size()), folder);
+  MeshOptions meshing;
+  meshing.refinement.refine = options.polarization && workspace.polarized;
+  meshing.refinement.masks = options.masks;
+  MeshSummary summary;
+  CloudSurface surface = MakeSurface(cloud, workspace, folder, meshing, summary, progress);
+  if (const double edge = MeanEdge(surface.mesh) / PixelSize(cloud, workspace); edge > kCoarsest)
+    throw Error(fmt::format("the scene is too large for one surface as fine as its pictures: its edges would "
+                            "be {:.1f} px long",
+                            edge),
+                folder);
+  return {RayCaster({std::move(surface.mesh)}), std::move(surface.far)};
+}
+
+// Turned so far that it faces the camera.
+Eigen::Vector3f Facing(const Eigen::Vector3f& normal, const Eigen::Vector3f& ray) {
+  const Eigen::Vector3f sight = ray.normalized();
+  const float away = normal.dot(sight) + kLeastFacing;
+  return away <= 0 ? normal : (normal - away * sight).normalized();
+}
+
+// The view's map with the surface in it.
+DepthNormalMap Draw(const Drawn& surface, const DenseView& view, bool masked, const DepthNormalMap& own) {
+  DepthNormalMap map = own;
+  const Eigen::Matrix3d& rotation = view.cam_from_world.rotation;
+  const Eigen::Vector3d centre = view.cam_from_world.Center();
+  ParallelFor(0, own.depth.height(), [&](int y) {
+    for (int x = 0; x < own.depth.width(); ++x) {
+      if (own.depth(x, y) <= 0) continue;
+      const Eigen::Vector3d ray = view.camera.Ray(x + 0.5, y + 0.5);
+      const RayCaster::Hit hit = surface.caster.Cast(centre, rotation.transpose() * ray);
+      if (hit.mesh < 0) continue;
+      const auto depth = float(hit.distance);  // the ray's z is 1
+      const Triangle& triangle = surface.caster.meshes()[0].triangles[std::size_t(hit.triangle)];
+      const bool borne_out =
+          !surface.far[triangle[0]] && !surface.far[triangle[1]] && !surface.far[triangle[2]];
+      if (!masked && !borne_out && std::abs(depth / own.depth(x, y) - 1) > kSame) continue;
+      map.depth(x, y) = depth;
+      map.normal(x, y) = Facing((rotation * surface.caster.Normal(hit)).cast<float>(), ray.cast<float>());
+    }
+  });
+  return map;
+}
+
+class SurfaceStep {
+ public:
+  SurfaceStep(const Workspace& workspace, const StereoOptions& options, DoneList& done, Progress& progress)
+      : workspace_(workspace),
+        options_(options),
+        done_(done),
+        progress_(progress),
+        scale_(options.filter ? GrayScale(workspace) : 1),
+        views_(
+            CacheBytes(), [this](int v) { return LoadStereoView(workspace_, v, scale_, options_); },
+            [](const StereoView& v) { return BytesOf(v); }),
+        maps_(
+            CacheBytes(), [this](int v) { return ReadMaps(workspace_, v, kSeparateMaps); },
+            [](const DepthNormalMap& m) { return BytesOf(m); }) {}
+
+  void Run() {
+    const std::optional<Drawn> surface = Surface();
+    progress_.Begin(surface ? "maps from the surface" : "maps", workspace_.views.size());
+    for (int view = 0; view < int(workspace_.views.size()); ++view) {
+      progress_.Check();
+      if (!done_.IsDone(view, kFinalMaps)) {
+        WriteMaps(workspace_, view, kFinalMaps, FinalMap(surface, view));
+        done_.Add(view, kFinalMaps);
+      }
+      progress_.Advance();
+    }
+    done_.Remove(kSeparateMaps);
+    done_.KeepOnly(kFinalMaps);
+  }
+
+ private:
+  std::size_t CacheBytes() const { return std::size_t(options_.cache_gb * 1e9) / 2; }
+
+  std::optional<Drawn> Surface() {
+    const fs::path folder = workspace_.folder / "stereo/surface";
+    CreateFolder(folder);
+    try {
+      return CommonSurface(workspace_, folder, options_, progress_);
+    } catch (const Error& error) {
+      progress_.Warn(fmt::format("the views' maps stay separate, which is less accurate: {}", error.what()));
+      return {};
+    }
+  }
+
+  DepthNormalMap FinalMap(const std::optional<Drawn>& surface, int view) {
+    const DenseView& dense = workspace_.views[std::size_t(view)];
+    DepthNormalMap map = *maps_.Get(view);
+    const bool masked = options_.masks && fs::exists(workspace_.MaskPath(view));
+    if (surface) map = Draw(*surface, dense, masked, map);
+    if (options_.filter) Filter(view, map);
+    return map;
+  }
+
+  // By the support that the other views' separate maps give this depth.
+  void Filter(int view, DepthNormalMap& map) {
+    const auto reference = views_.Get(view);
+    const Problem problem = VotersProblem(workspace_, view, options_, *reference, views_, maps_);
+    const Image<float> support =
+        SupportOf(map.depth, problem, *maps_.Get(view), float(options_.vote_sigma) / 2);
+    FilterBySupport(problem, options_, support, map);
+  }
+
+  const Workspace& workspace_;
+  const StereoOptions& options_;
+  DoneList& done_;
+  Progress& progress_;
+  const float scale_;
+  Cache<StereoView> views_;
+  Cache<DepthNormalMap> maps_;
+};
+
+}  // namespace
+
+void EstimateMaps(const fs::path& dense, const StereoOptions& options, Progress& progress,
+                  const Shard& shard) {
+  const Workspace workspace = ReadWorkspace(dense);
+  const std::uint64_t inputs = StereoInputHash(workspace, options);
+  if (DoneList(workspace, inputs, shard).IsDone(kFinalMaps)) return;
+  EstimateDepths(dense, options, progress, shard);
+  if (!options.surface || options.schedule != "checkerboard" || shard.count > 1) return;
+  DoneList done(workspace, inputs);
+  SurfaceStep(workspace, options, done, progress).Run();
+}
+
+}  // namespace polarscan

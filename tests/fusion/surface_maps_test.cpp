@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion/surface_maps.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+
+#include "core/process.h"
+#include "core/random.h"
+#include "stereo/polarpms/done_list.h"
+#include "tests/fusion/sphere_scene.h"
+
+namespace polarscan {
+namespace {
+
+class SurfaceMaps : public testing::Test {
+ protected:
+  SurfaceMaps() {
+    options_.polarization = options_.filter = options_.masks =
+        false;  // sphere_scene's AoP is none of a sphere
+  }
+
+  void SetUp() override {
+    if (FindProgram("colmap").empty()) GTEST_SKIP() << "no colmap in PATH";
+  }
+
+  // Separate maps of the unit sphere, as stereo leaves them; change(view, maps) may damage some.
+  void Write(const std::function<void(int, SphereMaps&)>& change) {
+    WriteSphere(workspace_, change, kSeparateMaps);
+    DoneList done(workspace_, StereoInputHash(workspace_, options_));
+    for (int view = 0; view < int(workspace_.views.size()); ++view) done.Add(view, kSeparateMaps);
+  }
+
+  static void AddNoise(int view, SphereMaps& maps) {
+    Random random(3, std::uint64_t(view));
+    for (std::size_t i = 0; i < maps.depth.size(); ++i) {
+      if (maps.depth.pixels()[i] <= 0) continue;
+      const bool wild = random.Uniform() < 0.05;
+      maps.depth.pixels()[i] *= float(1 + (wild ? 0.1 : 0.002) * random.Normal());
+      Eigen::Vector3f& normal = maps.normal.pixels()[i];
+      for (int k = 0; k < 3; ++k) normal[k] += float(0.1 * random.Normal());
+      normal.normalize();
+    }
+  }
+
+  struct Errors {
+    double depth = 0, normal_deg = 0;
+    std::size_t pixels = 0;
+  };
+  // Means over the pixels of all views whose ray meets the sphere by more than a twentieth of its radius.
+  Errors Compare(const std::string& kind) const {
+    Errors errors;
+    for (int i = 0; i < int(workspace_.views.size()); ++i) {
+      const SphereMaps truth = ExactSphereMaps(workspace_.views[std::size_t(i)]);
+      const Image<float> depth = ReadDepthMap(workspace_.DepthPath(i, kind));
+      const Image<Eigen::Vector3f> normal = ReadNormalMap(workspace_.NormalPath(i, kind));
+      for (std::size_t k = 0; k < depth.size(); ++k) {
+        if (truth.depth.pixels()[k] <= 0 || depth.pixels()[k] <= 0) continue;
+        errors.depth += std::abs(depth.pixels()[k] - truth.depth.pixels()[k]);
+        errors.normal_deg +=
+            AngleDegrees(normal.pixels()[k].cast<double>(), truth.normal.pixels()[k].cast<double>());
+        ++errors.pixels;
+      }
+    }
+    errors.depth /= double(errors.pixels), errors.normal_deg /= double(errors.pixels);
+    return errors;
+  }
+
+  std::string FinalBytes() const {
+    std::string bytes;
+    for (int i = 0; i < int(workspace_.views.size()); ++i)
+      bytes += ReadFile(workspace_.DepthPath(i, kFinalMaps)) + ReadFile(workspace_.NormalPath(i, kFinalMaps));
+    return bytes;
+  }
+
+  // Keeps what is said; cancels after so many of all advances.
+  class Listener : public Progress {
+   public:
+    explicit Listener(int advances = 1 << 30) : left_(advances) {}
+    void Warn(const std::string& message) override { words += message; }
+    void Begin(const std::string& title, std::size_t, const std::string&) override {
+      counting_ = title == "maps from the surface";
+    }
+    void Advance(std::size_t) override {
+      if (counting_ && --left_ == 0) Cancel();
+    }
+    std::string words;
+
+   private:
+    bool counting_ = false;
+    int left_;
+  };
+
+  TemporaryFolder folder_;
+  Workspace workspace_ = SphereWorkspace(folder_.path(), 18);
+  StereoOptions options_;
+  Listener listener_;
+};
+
+TEST_F(SurfaceMaps, EveryPixelKnowsWhatAllPixelsOfAllViewsKnow) {
+  Write(AddNoise);
+  const Errors before = Compare(kSeparateMaps);
+  EstimateMaps(folder_.path(), options_, listener_);
+  const Errors after = Compare(kFinalMaps);
+  EXPECT_LT(after.depth, 0.3 * before.depth);
+  EXPECT_LT(after.normal_deg, 0.5 * before.normal_deg);
+  EXPECT_EQ(after.pixels, before.pixels) << "every pixel keeps an estimate";
+  EXPECT_FALSE(std::filesystem::exists(workspace_.DepthPath(0, kSeparateMaps)));
+  EXPECT_EQ(listener_.words, "");
+}
+
+TEST_F(SurfaceMaps, StoppedInTheMiddleItGoesOnToTheSameBytesWithAnyNumberOfThreads) {
+  Write(AddNoise);
+  EstimateMaps(folder_.path(), options_, listener_);
+  const std::string undisturbed = FinalBytes();
+  for (int i = 0; i < 18; ++i) std::filesystem::remove(workspace_.DepthPath(i, kFinalMaps));
+  Write(AddNoise);
+  Listener impatient(7);
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  EXPECT_THROW(EstimateMaps(folder_.path(), options_, impatient), Cancelled);
+  EXPECT_TRUE(std::filesystem::exists(workspace_.DepthPath(0, kFinalMaps)));
+  EXPECT_FALSE(std::filesystem::exists(workspace_.DepthPath(17, kFinalMaps)));
+  EstimateMaps(folder_.path(), options_, listener_);
+  EXPECT_TRUE(FinalBytes() == undisturbed);
+}
+
+TEST_F(SurfaceMaps, MapsThatMakeNoSurfaceStayAndThatIsSaid) {
+  Write([](int view, SphereMaps& maps) {  // no two views agree
+    for (float& depth : maps.depth.pixels()) depth *= 1 + 0.05f * float(view);
+  });
+  const Errors before = Compare(kSeparateMaps);
+  EstimateMaps(folder_.path(), options_, listener_);
+  EXPECT_EQ(Compare(kFinalMaps).depth, before.depth);
+  EXPECT_NE(listener_.words.find("stay separate"), std::string::npos) << listener_.words;
+}
+
+TEST_F(SurfaceMaps, TheFilterDropsWhatHardlyAnyOtherViewSupports) {
+  const auto upper_cap = [this](int view, SphereMaps& maps) {  // all views but two miss it
+    if (view < 2) return;
+    const Rigid& pose = workspace_.views[std::size_t(view)].cam_from_world;
+    for (std::size_t i = 0; i < maps.depth.size(); ++i)
+      if ((pose.rotation.transpose() * maps.normal.pixels()[i].cast<double>()).y() > 0.5)
+        maps.depth.pixels()[i] = 0;
+  };
+  const auto kept_of_cap = [this] {
+    const SphereMaps truth = ExactSphereMaps(workspace_.views[1]);
+    const Image<float> depth = ReadDepthMap(workspace_.DepthPath(1, kFinalMaps));
+    double kept = 0, all = 0;
+    for (std::size_t i = 0; i < depth.size(); ++i)
+      if (truth.depth.pixels()[i] > 0 &&
+          (workspace_.views[1].cam_from_world.rotation.transpose() * truth.normal.pixels()[i].cast<double>())
+                  .y() > 0.6)
+        ++all, kept += depth.pixels()[i] > 0;
+    return kept / all;
+  };
+  Write(upper_cap);
+  EstimateMaps(folder_.path(), options_, listener_);
+  EXPECT_EQ(kept_of_cap(), 1);
+  options_.filter = true, options_.filter_min_variance = 0;
+  Write(upper_cap);
+  EstimateMaps(folder_.path(), options_, listener_);
+  EXPECT_LT(kept_of_cap(), 0.1);
+}
+
+}  // namespace
+}  // namespace polarscan
