@@ -71,16 +71,19 @@ TriangleMesh SurfaceOf(const std::vector<CloudPoint>& cloud, const Workspace& wo
   return mesh;
 }
 
-// Refined, if that was asked for and there is something to go by.
-TriangleMesh Refined(TriangleMesh mesh, const std::vector<bool>& far, const Workspace& workspace,
-                     const RefineOptions& options, MeshSummary& summary, Progress& progress) {
-  if (!options.refine) return mesh;
-  if (!workspace.polarized) {
-    progress.Info("the pictures hold no polarization: the mesh is not refined");
-    return mesh;
-  }
+// Refined, if that was asked for and there is something to go by; for that its triangles get as small as
+// pixels.
+void Refine(CloudSurface& surface, const std::vector<CloudPoint>& cloud, const Workspace& workspace,
+            const MeshOptions& options, MeshSummary& summary, Progress& progress) {
+  if (!options.refinement.refine) return;
+  if (!workspace.polarized)
+    return progress.Info("the pictures hold no polarization: the mesh is not refined");
+  const double edge = options.edge_px * PixelSize(cloud, workspace);
+  while (edge > 0 && MeanEdge(surface.mesh) > edge && 4 * surface.mesh.vertices.size() < kMostVertices)
+    surface.mesh = Subdivided(surface.mesh, surface.far);
+  surface.mesh =
+      RefineMesh(surface.mesh, surface.far, workspace, options.refinement, summary.refinement, progress);
   summary.refined = true;
-  return RefineMesh(mesh, far, workspace, options, summary.refinement, progress);
 }
 
 }  // namespace
@@ -99,10 +102,8 @@ OptionTable Table(MeshOptions& o) {
        0, 1e9},
       {"mesh-min-piece", &o.min_piece, "Smallest piece that is kept, as a share of the largest", "", 0, 1},
       {"mesh-edge", &o.edge_px,
-       "Triangles are divided until their edges are this long in the pictures, which refinement needs to "
-       "show "
-       "what they show; 0: they are not",
-       "px", 0, 1000},
+       "Refinement divides triangles until their edges are this long in the pictures; 0: it does not", "px",
+       0, 1000},
       {"faces", &o.faces, "Triangles of the mesh at most; 0: as many as it has", "", 0, 1e9},
       {"colmap", &o.colmap, "COLMAP's program, a name or a path"},
   };
@@ -160,11 +161,7 @@ CloudSurface MakeSurface(const std::vector<CloudPoint>& cloud, const Workspace& 
   summary = PlanSurface(cloud, options);
   surface.mesh = SurfaceOf(cloud, workspace, folder, options, surface.far, summary, progress);
   progress.Check();
-  const double edge = options.edge_px * PixelSize(cloud, workspace);
-  while (edge > 0 && MeanEdge(surface.mesh) > edge && 4 * surface.mesh.vertices.size() < kMostVertices)
-    surface.mesh = Subdivided(surface.mesh, surface.far);
-  surface.mesh =
-      Refined(std::move(surface.mesh), surface.far, workspace, options.refinement, summary, progress);
+  Refine(surface, cloud, workspace, options, summary, progress);
   return surface;
 }
 
