@@ -2,6 +2,7 @@
 #include "fusion/refine.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 
 #include "core/parallel.h"
@@ -14,6 +15,7 @@ namespace {
 
 constexpr double kReach = 6;                // px: an outline farther from the mesh's is another's
 constexpr double kFarAnchor = 0.05;         // of the anchor, where no points bear the surface out
+constexpr double kNoOutlines = 10;          // times the anchor, where no mask says how thick the object is
 constexpr float kSoftness = 0.15f * 0.15f;  // squared sine of the angle off a sample at which it counts half
 
 // The constraints of all views, read one after the other.
@@ -64,7 +66,9 @@ OptionTable Table(RefineOptions& o) {
        "Move the vertices until normals fit the AoP of all views and outlines the masks"},
       {"refine-rounds", &o.rounds, "Times that all vertices move", "", 1, 100},
       {"refine-anchor", &o.anchor,
-       "Weight of where the vertices were; less: the mesh follows AoP and outlines farther", "", 1e-6, 1e6},
+       "Weight of where the vertices were, ten times as much without masks; less: the mesh follows AoP and "
+       "outlines farther",
+       "", 1e-6, 1e6},
       {"refine-smoothness", &o.smoothness, "Weight of moving as the neighbours do; less: finer, noisier", "",
        0, 1e6},
       {"refine-outline", &o.outline, "Weight of the masks' outlines; 0: only the AoP counts", "", 0, 1e6},
@@ -85,11 +89,12 @@ TriangleMesh RefineMesh(const TriangleMesh& input, const std::vector<bool>& far,
   for (int round = 0; round < options.rounds; ++round) {
     progress.Advance();
     if (options.masks && options.outline > 0) outlines = silhouettes.Pulls(mesh, progress);
+    const bool outlined = std::ranges::any_of(outlines, [](const Pull& p) { return p.weight > 0; });
+    const double anchor = options.anchor * (outlined ? 1 : kNoOutlines);
     ParallelFor(0, int(count), [&](int i) {
       const auto v = std::size_t(i);
       fit.normal[v] = QuadraticForm(constraints[v], mesh.normals[v]);
-      fit.pulls[v] =
-          Together(options.anchor * (far[v] ? kFarAnchor : 1), moved[i], outlines[v], options.outline);
+      fit.pulls[v] = Together(anchor * (far[v] ? kFarAnchor : 1), moved[i], outlines[v], options.outline);
     });
     progress.Check();
     const Eigen::VectorXd moves = FitMoves(mesh, fit);

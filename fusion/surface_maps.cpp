@@ -12,6 +12,7 @@
 #include "fusion/fuse.h"
 #include "fusion/mesh_topology.h"
 #include "fusion/meshing.h"
+#include "fusion/poisson.h"
 #include "stereo/map_io.h"
 #include "stereo/polarpms/done_list.h"
 #include "stereo/polarpms/filter.h"
@@ -25,7 +26,8 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMostPoints = 2'000'000;  // that make the surface: every second, third, ... of more
 constexpr std::size_t kLeastCloud = 100;
-constexpr double kCoarsest = 3;        // px, mean edge of a surface that still shows what the maps show
+constexpr double kCell = 2.2;          // px, of the octree that makes the surface: coarser ones lose detail
+constexpr int kFinestDepth = 10;       // of the octree; COLMAP needs some GB for it
 constexpr float kSame = 0.02f;         // share of the depth by which an estimate may differ from a membrane
 constexpr float kLeastFacing = 0.02f;  // cosine between a normal and the line of sight
 
@@ -57,15 +59,14 @@ Drawn CommonSurface(const Workspace& workspace, const fs::path& folder, const St
   if (cloud.size() < kLeastCloud)
     throw Error(fmt::format("{} points that views agree on are too few for a surface", cloud.size()), folder);
   MeshOptions meshing;
+  const double pixel = PixelSize(cloud, workspace);
+  for (meshing.depth = kCoarsestDepth; PoissonCell(cloud, meshing.depth) > kCell * pixel;) ++meshing.depth;
+  if (meshing.depth > kFinestDepth)
+    throw Error("the scene is too large for one surface as fine as its pictures", folder);
   meshing.refinement.refine = options.polarization && workspace.polarized;
   meshing.refinement.masks = options.masks;
   MeshSummary summary;
   CloudSurface surface = MakeSurface(cloud, workspace, folder, meshing, summary, progress);
-  if (const double edge = MeanEdge(surface.mesh) / PixelSize(cloud, workspace); edge > kCoarsest)
-    throw Error(fmt::format("the scene is too large for one surface as fine as its pictures: its edges would "
-                            "be {:.1f} px long",
-                            edge),
-                folder);
   return {RayCaster({std::move(surface.mesh)}), std::move(surface.far)};
 }
 
