@@ -80,7 +80,9 @@ in_addr AddressOf(const std::string& text) {
 
 GigeIdentity IdentityOf(const Camera& source, const in_addr& address) {
   const CameraInfo info = source.info();
-  GigeIdentity identity{info.vendor, info.model, POLARSCAN_VERSION, info.serial, {}};
+  // Several simulated cameras may be there at once; serial numbers tell cameras apart.
+  const std::string serial = info.id == "simulated" ? ::inet_ntoa(address) : info.serial;
+  GigeIdentity identity{info.vendor, info.model, POLARSCAN_VERSION, serial, {}};
   const std::uint32_t host = ntohl(address.s_addr);
   for (int i = 0; i < 4; ++i) identity.address[std::size_t(i)] = std::uint8_t(host >> (24 - 8 * i));
   return identity;
@@ -169,9 +171,13 @@ class GigeServer::Implementation {
       if (const auto request = gvcp::ParseResend(command->payload)) sender_.Resend(*request);
       return;
     }
-    const Bytes answer = Answer(*command, from);
+    // Who got no answer asks again, with the same number, for what is done already.
+    const bool again = command->id == answered_id_ && SameHost(from, answered_) && !answer_.empty();
+    if (!again) answer_ = Answer(*command, from);
+    answered_id_ = command->id, answered_ = from;
     if (command->wants_answer)
-      ::sendto(control_.fd, answer.data(), answer.size(), 0, reinterpret_cast<const sockaddr*>(&from), size);
+      ::sendto(control_.fd, answer_.data(), answer_.size(), 0, reinterpret_cast<const sockaddr*>(&from),
+               size);
   }
 
   Bytes Answer(const gvcp::Command& command, const sockaddr_in& from) {
@@ -384,6 +390,8 @@ class GigeServer::Implementation {
     block_ = block_ == 0xffff ? std::uint16_t(1) : std::uint16_t(block_ + 1);
     ++sent_;
     const GigeFaults& faults = options_.faults;
+    if (faults.packet_size > 0) out.packet_size = std::size_t(faults.packet_size);
+    out.headless = sent_ == std::uint64_t(faults.headless_at);
     const auto from = [&](int number) { return number > 0 && sent_ >= std::uint64_t(number); };
     const bool half = from(faults.format_change_at), cut = sent_ == std::uint64_t(faults.short_at);
     out.image.block = block_;
@@ -419,6 +427,9 @@ class GigeServer::Implementation {
   std::set<std::uint32_t> chunks_;  // ids of those that are on
   sockaddr_in controller_{};
   Clock::time_point heard_;
+  Bytes answer_;  // the last one, as the next line: control's thread only
+  sockaddr_in answered_{};
+  std::uint16_t answered_id_ = 0;
   std::atomic<bool> in_control_ = false, acquiring_ = false, stop_ = false, failed_ = false;
   std::atomic<bool> triggered_ = false;
   std::atomic<int> triggers_ = 0;  // not yet answered
@@ -443,6 +454,9 @@ OptionTable Table(GigeServerOptions& o) {
       {"format-change-at", &o.faults.format_change_at, "frames are half as high from this one on", "frame", 0,
        2e9},
       {"short-at", &o.faults.short_at, "this frame ends after half of its packets", "frame", 0, 2e9},
+      {"headless-at", &o.faults.headless_at, "this frame's leader never comes", "frame", 0, 2e9},
+      {"packet-size", &o.faults.packet_size, "of the stream, whatever was agreed; 0: as agreed", "byte", 0,
+       65000},
       {"clock-jump-at", &o.faults.clock_jump_at, "the camera's clock is an hour ahead from this one on",
        "frame", 0, 2e9},
       {"stray-packet", &o.faults.stray_packet, "a late test packet comes at the beginning of each stream"},
