@@ -144,6 +144,21 @@ class GigeServer::Implementation {
 
   GigeCounts counts() const { return sender_.counts(); }
 
+  // The answer; empty: none is wanted.
+  Bytes Hear(ByteView datagram, const sockaddr_in& from) {
+    const auto command = gvcp::Parse(datagram);
+    if (!command) return {};
+    if (command->command == gvcp::kResend) {
+      if (const auto request = gvcp::ParseResend(command->payload)) sender_.Resend(*request);
+      return {};
+    }
+    // Who got no answer asks again, with the same number, for what is done already.
+    const bool again = command->id == answered_id_ && SameHost(from, answered_) && !answer_.empty();
+    if (!again) answer_ = Answer(*command, from);
+    answered_id_ = command->id, answered_ = from;
+    return command->wants_answer ? answer_ : Bytes();
+  }
+
  private:
   // Control.
   void Serve() {
@@ -165,19 +180,9 @@ class GigeServer::Implementation {
     const ssize_t n =
         ::recvfrom(socket, datagram.data(), datagram.size(), 0, reinterpret_cast<sockaddr*>(&from), &size);
     if (n <= 0 || Clock::now() < silent_until_.load()) return;
-    const auto command = gvcp::Parse(ByteView(datagram).first(std::size_t(n)));
-    if (!command) return;
-    if (command->command == gvcp::kResend) {
-      if (const auto request = gvcp::ParseResend(command->payload)) sender_.Resend(*request);
-      return;
-    }
-    // Who got no answer asks again, with the same number, for what is done already.
-    const bool again = command->id == answered_id_ && SameHost(from, answered_) && !answer_.empty();
-    if (!again) answer_ = Answer(*command, from);
-    answered_id_ = command->id, answered_ = from;
-    if (command->wants_answer)
-      ::sendto(control_.fd, answer_.data(), answer_.size(), 0, reinterpret_cast<const sockaddr*>(&from),
-               size);
+    const Bytes answer = Hear(ByteView(datagram).first(std::size_t(n)), from);
+    if (!answer.empty())
+      ::sendto(control_.fd, answer.data(), answer.size(), 0, reinterpret_cast<const sockaddr*>(&from), size);
   }
 
   Bytes Answer(const gvcp::Command& command, const sockaddr_in& from) {
@@ -469,6 +474,7 @@ GigeServer::GigeServer(GigeSource source, const std::string& address, const Gige
     : implementation_(std::make_unique<Implementation>(std::move(source), address, options)) {}
 GigeServer::~GigeServer() = default;
 void GigeServer::Run(Progress& progress) { implementation_->Run(progress); }
+Bytes GigeServer::Answer(ByteView datagram) { return implementation_->Hear(datagram, {}); }
 GigeCounts GigeServer::counts() const { return implementation_->counts(); }
 
 }  // namespace polarscan

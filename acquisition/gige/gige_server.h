@@ -2,6 +2,7 @@
 #pragma once
 #include <functional>
 #include <memory>
+#include <span>
 
 #include "acquisition/camera/camera.h"
 #include "core/options.h"
@@ -54,6 +55,8 @@ class GigeServer {
   ~GigeServer();
   // Serves until progress is cancelled. Throws what the source throws.
   void Run(Progress& progress);
+  // What it answers to a datagram on its control port, and does; empty: nothing.
+  std::vector<std::uint8_t> Answer(std::span<const std::uint8_t> datagram);
   GigeCounts counts() const;
 
  private:
