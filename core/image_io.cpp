@@ -19,6 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::uint64_t kMostInflated = 1100;  // bytes out of one byte: deflate's limit is 1032
 constexpr const char* kNoPicture = "the picture cannot be decoded (damaged or of another kind)";
 
 std::string LowerExtension(const fs::path& path) {
@@ -62,6 +63,8 @@ cv::Mat Decode(const fs::path& path) {
     throw Error(fmt::format("the picture cannot be decoded ({})", e.err), path.string(), advice);
   }
   if (image.empty()) throw Error(kNoPicture, path.string(), advice);
+  if (image.total() > 8 * kMostInflated * bytes.size())  // a cut JPEG is grey from there on
+    throw Error("the picture file promises more pixels than it can hold", path.string(), advice);
   return image;
 }
 
@@ -96,7 +99,6 @@ cv::Mat ToBgr(const Image<Rgb8>& image) {
   return bgr;
 }
 
-constexpr std::uint64_t kMostInflated = 1100;  // bytes out of one byte: deflate's limit is 1032
 constexpr const char* kMakeAgain = "Remove it; the program makes it again";
 
 struct TiffCloser {
