@@ -255,7 +255,7 @@ class AravisCamera : public ReturningCamera {
     }
     Open(name);
     const CameraInfo found = ReadInfo();
-    if (HardwareAddress() != hardware_ || ToJson(found) != ToJson(info_))
+    if ((!hardware_.empty() && HardwareAddress() != hardware_) || ToJson(found) != ToJson(info_))
       throw Error("another camera answers",
                   fmt::format("{}: {} {} {}", name, found.vendor, found.model, found.serial));
   }
