@@ -75,6 +75,36 @@ nlohmann::json StageRecord(const nlohmann::json& state, const std::string& stage
   return state.value("stages", nlohmann::json::object()).value(stage, nlohmann::json::object());
 }
 
+using Type = nlohmann::json::value_t;
+
+// Whether what is there under these names is of this type.
+bool Holds(const nlohmann::json& record, std::initializer_list<const char*> names, Type type) {
+  return std::ranges::all_of(
+      names, [&](const char* name) { return !record.contains(name) || record[name].type() == type; });
+}
+
+bool AllOf(const nlohmann::json& values, Type type) {
+  return std::ranges::all_of(values, [&](const nlohmann::json& value) { return value.type() == type; });
+}
+
+bool IsRecord(const nlohmann::json& record) {
+  return record.is_object() &&
+         Holds(record, {"state", "version", "inputs", "outputs", "error"}, Type::string) &&
+         Holds(record, {"before", "counts"}, Type::object) && Holds(record, {"warnings"}, Type::array) &&
+         AllOf(record.value("before", nlohmann::json::object()), Type::string) &&
+         AllOf(record.value("warnings", nlohmann::json::array()), Type::string);
+}
+
+// scan.json, of the types that the rest of this file takes for granted.
+nlohmann::json ReadStateFile(const fs::path& path) {
+  nlohmann::json state = ReadJson(path);
+  if (!state.is_object() || !Holds(state, {"input"}, Type::string) ||
+      !Holds(state, {"stages", "options", "views", "cloud"}, Type::object) ||
+      !std::ranges::all_of(state.value("stages", nlohmann::json::object()), IsRecord))
+    throw Error("this is not what a scan.json holds", path.string());
+  return state;
+}
+
 nlohmann::json AllWarnings(const nlohmann::json& state) {
   nlohmann::json all = nlohmann::json::array();
   for (const std::string& stage : StageNames()) {
@@ -141,9 +171,7 @@ void Scan::ReadState() {
   const fs::path path = folder_ / kFile;
   if (!fs::exists(path)) return;
   try {
-    state_ = ReadJson(path);
-    if (!state_.is_object() || !state_.value("stages", nlohmann::json::object()).is_object())
-      throw Error("this is not what a scan.json holds", path.string());
+    state_ = ReadStateFile(path);
   } catch (const Error& problem) {
     state_ = nlohmann::json::object();
     if (mode_ == Mode::kWork) fs::rename(path, folder_ / "scan.json.damaged");
@@ -194,7 +222,7 @@ Scan Scan::Open(const fs::path& folder, Terminal& terminal) {
     throw Error("this folder holds no scan", folder.string(),
                 "Make one: polarscan reconstruct INPUT -o SCAN");
   Scan scan(folder, terminal);
-  scan.state_ = ReadJson(folder / kFile);
+  scan.state_ = ReadStateFile(folder / kFile);
   return scan;
 }
 
@@ -211,10 +239,12 @@ std::string Scan::WhyNotDone(const Stage& stage) const {
     return ChangedOption(options.value(stage.name, nlohmann::json()), stage.options);
   const nlohmann::json before = record.value("before", nlohmann::json::object());
   for (const auto& [name, digest] : before_.items())
-    if (before.value(name, "") != digest) return fmt::format("stage {} has another result now", name);
+    if (before.value(name, nlohmann::json()) != digest)
+      return fmt::format("stage {} has another result now", name);
   if (record.value("inputs", "") != stage.inputs) return "what it is made from has changed";
-  if (const int damaged = record.value("/counts/damaged"_json_pointer, 0); damaged > 0)
-    return fmt::format("{} damaged views were left out", damaged);
+  if (const nlohmann::json damaged = record.value("/counts/damaged"_json_pointer, nlohmann::json(0));
+      damaged != 0)
+    return fmt::format("{} damaged views were left out", damaged.dump());
   const FileSums found = checksums_.Measure(OutputsOf(stage.name));
   if (Digest(found) == record.value("outputs", "")) return "";
   const std::string difference = Difference(checksums_.Recorded(stage.name), found);
@@ -300,7 +330,7 @@ void Scan::ContinueAfter(const std::string& last) {
                   "Run polarscan reconstruct first; it goes on where it stopped");
     const nlohmann::json before = record.value("before", nlohmann::json::object());
     for (const auto& [earlier, digest] : before.items())
-      if (before_.value(earlier, digest.get<std::string>()) != digest)
+      if (before_.value(earlier, digest) != digest)
         throw Error(
             fmt::format("stage '{}' of this scan was made from another result of stage '{}'", name, earlier),
             folder_.string(), "Run polarscan reconstruct again, or the stages in their order");

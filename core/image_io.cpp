@@ -19,6 +19,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::uint64_t kMostInflated = 1100;  // bytes out of one byte: deflate's limit is 1032
+constexpr const char* kNoPicture = "the picture cannot be decoded (damaged or of another kind)";
+
 std::string LowerExtension(const fs::path& path) {
   std::string extension = path.extension().string();
   std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
@@ -36,12 +39,21 @@ bool IsTruncated(const std::string& bytes, const std::string& extension) {
   return false;
 }
 
+// OpenCV decodes whatever it knows, some of it by programs of others (GDAL), and whatever the file is called.
+bool IsPicture(const std::string& bytes) {
+  static const std::string kBeginnings[] = {"\x89PNG",    "\xFF\xD8\xFF", {"II*\0", 4}, {"MM\0*", 4},
+                                            {"II+\0", 4}, {"MM\0+", 4},   {"v/1\1", 4}};
+  return std::ranges::any_of(kBeginnings,
+                             [&](const std::string& beginning) { return bytes.starts_with(beginning); });
+}
+
 cv::Mat Decode(const fs::path& path) {
   const std::string bytes = ReadFile(path);
   const std::string advice = "Copy the file again from where it came, or remove it";
   if (bytes.empty()) throw Error("the picture file is empty", path.string(), advice);
   if (IsTruncated(bytes, LowerExtension(path)))
     throw Error("the picture file is cut off before its end", path.string(), advice);
+  if (!IsPicture(bytes)) throw Error(kNoPicture, path.string(), advice);
   ::setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 0);  // OpenCV refuses EXR otherwise
   const cv::Mat encoded(1, int(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
   cv::Mat image;
@@ -50,8 +62,9 @@ cv::Mat Decode(const fs::path& path) {
   } catch (const cv::Exception& e) {
     throw Error(fmt::format("the picture cannot be decoded ({})", e.err), path.string(), advice);
   }
-  if (image.empty())
-    throw Error("the picture cannot be decoded (damaged or of another kind)", path.string(), advice);
+  if (image.empty()) throw Error(kNoPicture, path.string(), advice);
+  if (image.total() > 8 * kMostInflated * bytes.size())  // a cut JPEG is grey from there on
+    throw Error("the picture file promises more pixels than it can hold", path.string(), advice);
   return image;
 }
 
@@ -86,7 +99,6 @@ cv::Mat ToBgr(const Image<Rgb8>& image) {
   return bgr;
 }
 
-constexpr std::uint64_t kMostInflated = 1100;  // bytes out of one byte: deflate's limit is 1032
 constexpr const char* kMakeAgain = "Remove it; the program makes it again";
 
 struct TiffCloser {

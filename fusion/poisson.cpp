@@ -79,13 +79,16 @@ TriangleMesh PoissonSurface(std::span<const CloudPoint> cloud, int depth, const 
               {{"PoissonMeshing.color"}, "0"},
               {{"PoissonMeshing.num_threads"}, "1", true}},
              "surface from the cloud", 0, "", work.path);
-  if (!fs::exists(surface))
-    throw Error(fmt::format("COLMAP made no surface of {} points ({})", cloud.size(),
-                            colmap.Complaint().empty() ? "no complaint" : colmap.Complaint()),
-                log.string(),
-                "Look into that log; a smaller --mesh-depth needs less memory; reconstruct --no-mesh goes on "
-                "without a mesh");
-  return ReadMesh(surface, NotFinite::kLeaveOut);  // COLMAP 3.8 makes a few such vertices of some clouds
+  std::string why = colmap.Complaint().empty() ? "no complaint" : colmap.Complaint();
+  try {
+    // COLMAP 3.8 makes a few vertices of some clouds that are no numbers.
+    if (fs::exists(surface)) return ReadMesh(surface, NotFinite::kLeaveOut);
+  } catch (const Error& error) {  // it ends with exit code 0 after an empty or half a mesh, too
+    why = error.what();
+  }
+  throw Error(fmt::format("COLMAP made no surface of {} points ({})", cloud.size(), why), log.string(),
+              "Look into that log; a smaller --mesh-depth needs less memory; reconstruct --no-mesh goes on "
+              "without a mesh");
 }
 
 }  // namespace polarscan

@@ -2,9 +2,11 @@
 // The only file that knows Aravis.
 #include "acquisition/camera/aravis_camera.h"
 
+#include <arpa/inet.h>
 #include <arv.h>
 #include <fmt/format.h>
 #include <ifaddrs.h>
+#include <linux/filter.h>
 #include <net/if.h>
 #include <netinet/in.h>
 #include <sys/ioctl.h>
@@ -14,11 +16,13 @@
 #include <atomic>
 #include <cstring>
 #include <limits>
+#include <span>
 
 #include "acquisition/camera/pacer.h"
 #include "acquisition/camera/returning_camera.h"
 #include "core/descriptor.h"
 #include "core/error.h"
+#include "core/files.h"
 #include "demosaic/pixel_format.h"
 
 #if !ARAVIS_CHECK_VERSION(0, 8, 20)
@@ -72,10 +76,14 @@ std::string ReasonOf(ArvBufferStatus status) {
   }
 }
 
+bool ToNative(GSocketAddress* address, sockaddr_in& native) {
+  return address && g_socket_address_to_native(address, &native, sizeof native, nullptr);
+}
+
 // MTU of the interface that has this address; 1500 if it is not known.
 int MtuOf(GSocketAddress* address) {
   sockaddr_in own{};
-  if (!address || !g_socket_address_to_native(address, &own, sizeof own, nullptr)) return 1500;
+  if (!ToNative(address, own)) return 1500;
   ifaddrs* list = nullptr;
   if (::getifaddrs(&list) != 0) return 1500;
   ifreq request{};
@@ -88,11 +96,40 @@ int MtuOf(GSocketAddress* address) {
   return ::ioctl(socket.fd, SIOCGIFMTU, &request) == 0 ? request.ifr_mtu : 1500;
 }
 
+// Aravis does not show its socket: it is this process' UDP socket with the stream's port.
+int SocketOf(std::uint16_t port) {
+  constexpr int kMostDescriptors = 1 << 16;
+  for (int fd = 0; fd < kMostDescriptors; ++fd) {
+    int type = 0;
+    sockaddr_in name{};
+    socklen_t type_size = sizeof type, name_size = sizeof name;
+    if (::getsockopt(fd, SOL_SOCKET, SO_TYPE, &type, &type_size) == 0 && type == SOCK_DGRAM &&
+        ::getsockname(fd, reinterpret_cast<sockaddr*>(&name), &name_size) == 0 &&
+        name.sin_family == AF_INET && ntohs(name.sin_port) == port)
+      return fd;
+  }
+  throw Error("the socket of the stream is not to be found", std::to_string(port));
+}
+
+// Makes a UDP socket deaf to all hosts but this one; what lies in it already is thrown away.
+void HearOnly(const sockaddr_in& host, int socket) {
+  sock_filter code[] = {BPF_STMT(BPF_LD | BPF_W | BPF_ABS, std::uint32_t(SKF_NET_OFF) + 12),  // source
+                        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, ntohl(host.sin_addr.s_addr), 0, 1),
+                        BPF_STMT(BPF_RET | BPF_K, 0xffffffff), BPF_STMT(BPF_RET | BPF_K, 0)};
+  const sock_fprog program{std::size(code), code};
+  if (::setsockopt(socket, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof program) != 0)
+    ThrowSystemError("cannot shut other hosts out of the stream", ::inet_ntoa(host.sin_addr));
+  char byte = 0;
+  while (::recv(socket, &byte, 1, MSG_DONTWAIT | MSG_TRUNC) >= 0) {
+  }
+}
+
 class AravisCamera : public ReturningCamera {
  public:
   explicit AravisCamera(const std::string& name) : name_(name) {
     Open(name);
-    ReadInfo();
+    info_ = ReadInfo();
+    hardware_ = HardwareAddress();
   }
   ~AravisCamera() override { AravisCamera::Close(); }
 
@@ -206,13 +243,21 @@ class AravisCamera : public ReturningCamera {
     camera_.reset();
   }
 
-  // By serial number, since its address may be another one now.
+  // Its address may be another one now, and another camera may have the old one, or the same serial number.
   void Reopen() override {
     arv_update_device_list();
-    std::string name;
-    for (unsigned i = 0; i < arv_get_n_devices(); ++i)
-      if (Text(arv_get_device_serial_nbr(i)) == info_.serial) name = Text(arv_get_device_id(i));
-    Open(name.empty() ? name_ : name);
+    std::string name = name_;
+    for (unsigned i = 0; i < arv_get_n_devices(); ++i) {
+      if (!hardware_.empty() && Text(arv_get_device_physical_id(i)) == hardware_)
+        name = Text(arv_get_device_address(i));
+      if (hardware_.empty() && Text(arv_get_device_serial_nbr(i)) == info_.serial)
+        name = Text(arv_get_device_id(i));
+    }
+    Open(name);
+    const CameraInfo found = ReadInfo();
+    if ((!hardware_.empty() && HardwareAddress() != hardware_) || ToJson(found) != ToJson(info_))
+      throw Error("another camera answers",
+                  fmt::format("{}: {} {} {}", name, found.vendor, found.model, found.serial));
   }
 
  private:
@@ -237,10 +282,21 @@ class AravisCamera : public ReturningCamera {
     static_cast<AravisCamera*>(self)->control_lost_ = true;
   }
 
-  void ReadInfo() {
-    info_ = {name_, Text(arv_camera_get_vendor_name(camera_.get(), nullptr)),
-             Text(arv_camera_get_model_name(camera_.get(), nullptr)),
-             Text(arv_camera_get_device_serial_number(camera_.get(), nullptr))};
+  CameraInfo ReadInfo() const {
+    return {name_, Text(arv_camera_get_vendor_name(camera_.get(), nullptr)),
+            Text(arv_camera_get_model_name(camera_.get(), nullptr)),
+            Text(arv_camera_get_device_serial_number(camera_.get(), nullptr))};
+  }
+
+  // Of a GigE camera, as Aravis lists it ("02:00:7f:00:00:01"); else nothing.
+  std::string HardwareAddress() const {
+    constexpr guint64 kHigh = 0x0008, kLow = 0x000C;  // bootstrap registers
+    guint32 high = 0, low = 0;
+    if (!IsGige() || !arv_device_read_register(Device(), kHigh, &high, nullptr) ||
+        !arv_device_read_register(Device(), kLow, &low, nullptr))
+      return "";
+    return fmt::format("{:02x}:{:02x}:{:02x}:{:02x}:{:02x}:{:02x}", high >> 8 & 0xff, high & 0xff, low >> 24,
+                       low >> 16 & 0xff, low >> 8 & 0xff, low & 0xff);
   }
 
   ArvDevice* Device() const { return arv_camera_get_device(camera_.get()); }
@@ -277,6 +333,13 @@ class AravisCamera : public ReturningCamera {
     Failure failure;
     const double value = arv_device_get_float_feature_value(Device(), feature, &failure);
     return failure ? std::numeric_limits<double>::quiet_NaN() : value;
+  }
+
+  int IntegerFeature(const char* feature) const {
+    Failure failure;
+    const gint64 value = arv_device_get_integer_feature_value(Device(), feature, &failure);
+    failure.Throw("the camera does not tell this", feature);
+    return int(value);
   }
 
   // A value of the camera's that the user has not asked for.
@@ -338,12 +401,10 @@ class AravisCamera : public ReturningCamera {
     Failure failure;
     payload_bytes_ = arv_camera_get_payload(camera_.get(), &failure);
     failure.Throw("the camera does not say how large a frame is", info_.id);
-    stream_.reset(arv_camera_create_stream(camera_.get(), nullptr, nullptr, &failure));
-    failure.Throw("no stream from the camera", info_.id);
-    if (ARV_IS_GV_STREAM(stream_.get()))
-      g_object_set(stream_.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
-                   kSocketBuffer, "packet-resend", ARV_GV_STREAM_PACKET_RESEND_ALWAYS, "packet-timeout",
-                   kPacketTimeout_us, "frame-retention", kFrameRetention_us, nullptr);
+    shape_ = {arv_camera_get_pixel_format(camera_.get(), &failure), IntegerFeature("Width"),
+              IntegerFeature("Height")};
+    failure.Throw("the camera does not say what its frames are", info_.id);
+    IsGige() ? CreateGigeStream() : CreateStream();
     for (int i = 0; i < buffers_; ++i) GiveBuffer({});
     numbers_ = FrameNumbers(IsGige());
     chunks_.reset(arv_camera_create_chunk_parser(camera_.get()));
@@ -351,6 +412,43 @@ class AravisCamera : public ReturningCamera {
     gain_db_ = FloatFeature("Gain");
     arv_camera_start_acquisition(camera_.get(), &failure);
     failure.Throw("the camera does not start", info_.id);
+  }
+
+  void CreateStream() {
+    Failure failure;
+    stream_.reset(arv_camera_create_stream(camera_.get(), nullptr, nullptr, &failure));
+    failure.Throw("no stream from the camera", info_.id);
+  }
+
+  // Aravis believes every packet that it sees, so it may see none but the camera's: not those of all the
+  // machine (where it may open packet sockets it takes in whatever comes before its filter is set), nor those
+  // that another camera still sends to a port that was somebody else's; and the camera must cut its frames
+  // as Aravis puts them together.
+  void CreateGigeStream() {
+    arv_camera_gv_set_stream_options(camera_.get(), ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
+    arv_camera_gv_set_packet_size_adjustment(camera_.get(), ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);
+    const int packet_size = PacketSize();
+    CreateStream();
+    if (PacketSize() != packet_size) throw Error("the camera changed the size of its packets", info_.id);
+    g_object_set(stream_.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size", 0,
+                 "packet-resend", ARV_GV_STREAM_PACKET_RESEND_ALWAYS, "packet-timeout", kPacketTimeout_us,
+                 "frame-retention", kFrameRetention_us, nullptr);
+    sockaddr_in host{};
+    if (!ToNative(arv_gv_device_get_device_address(ARV_GV_DEVICE(Device())), host))
+      throw Error("the camera's address is not known", info_.id);
+    arv_stream_stop_thread(stream_.get(), TRUE);
+    const int socket = SocketOf(arv_gv_stream_get_port(ARV_GV_STREAM(stream_.get())));
+    HearOnly(host, socket);
+    if (::setsockopt(socket, SOL_SOCKET, SO_RCVBUFFORCE, &kSocketBuffer, sizeof kSocketBuffer) != 0)
+      ::setsockopt(socket, SOL_SOCKET, SO_RCVBUF, &kSocketBuffer, sizeof kSocketBuffer);
+    arv_stream_start_thread(stream_.get());
+  }
+
+  int PacketSize() const {
+    Failure failure;
+    const int size = int(arv_camera_gv_get_packet_size(camera_.get(), &failure));
+    failure.Throw("the camera does not say how large its packets are", info_.id);
+    return size;
   }
 
   // The largest packets that get through whole: more than the MTU would be cut up on the way.
@@ -363,7 +461,7 @@ class AravisCamera : public ReturningCamera {
     const int size = failure || found < kSmallestPacket ? std::min(mtu, 1500) : std::min(found, mtu);
     Failure ignored;
     arv_camera_gv_set_packet_size(camera_.get(), size, &ignored);
-    progress().Info(fmt::format("packets of {} bytes", size));
+    progress().Info(fmt::format("packets of {} bytes", PacketSize()));
   }
 
   void GiveBuffer(Payload memory) {
@@ -379,6 +477,11 @@ class AravisCamera : public ReturningCamera {
     // Of a packet that belongs to no frame, say a late test packet. Newer versions of Aravis have a status
     // behind "aborted" for it.
     if (status == ARV_BUFFER_STATUS_CLEARED || status > ARV_BUFFER_STATUS_ABORTED) {
+      GiveBuffer({});
+      return Delivery::kNothing;
+    }
+    // Its leader never came, so that nobody knows which frame it was; it shows as a gap.
+    if (IsGige() && arv_buffer_get_frame_id(buffer) == 0) {
       GiveBuffer({});
       return Delivery::kNothing;
     }
@@ -448,22 +551,36 @@ class AravisCamera : public ReturningCamera {
     const PixelFormat format = ParsePixelFormat(format_);
     if (x_padding > 0) info.stride = int(RowBytes(format, info.width)) + x_padding;
     const auto code = arv_buffer_get_image_pixel_format(buffer);
-    if (!first_) first_ = Shape{code, info.width, info.height};
-    if (*first_ != Shape{code, info.width, info.height}) return "the picture's format or size changed";
+    if (shape_ != Shape{code, info.width, info.height}) return "the picture's format or size changed";
     std::size_t bytes = 0;
-    arv_buffer_get_image_data(buffer, &bytes);
+    const void* data = arv_buffer_get_image_data(buffer, &bytes);
+    if (arv_buffer_has_chunks(buffer) && IsGige())
+      bytes = FirstChunkBytes({static_cast<const std::uint8_t*>(data), bytes});
     if (bytes < PayloadBytes(format, info.width, info.height, std::size_t(info.stride)))
       return "too few bytes";
     return "";
   }
 
+  // Each chunk has its length behind it, in its last four bytes; 0 if the lengths do not add up.
+  static std::size_t FirstChunkBytes(std::span<const std::uint8_t> payload) {
+    constexpr std::size_t kTag = 8;
+    while (payload.size() >= kTag) {
+      const std::span<const std::uint8_t> tag = payload.last(4);
+      const std::size_t length = std::size_t(tag[0]) << 24 | tag[1] << 16 | tag[2] << 8 | tag[3];
+      if (length + kTag == payload.size()) return length;
+      if (length + kTag > payload.size()) return 0;
+      payload = payload.first(payload.size() - kTag - length);
+    }
+    return 0;
+  }
+
   struct Shape {
-    std::uint32_t code;
-    int width, height;
+    std::uint32_t code = 0;
+    int width = 0, height = 0;
     bool operator==(const Shape&) const = default;
   };
 
-  std::string name_, format_;
+  std::string name_, format_, hardware_;
   CameraInfo info_;
   Object<ArvCamera> camera_;
   Object<ArvStream> stream_;
@@ -473,7 +590,7 @@ class AravisCamera : public ReturningCamera {
   Clock::time_point next_temperature_;
   std::size_t payload_bytes_ = 0;
   FrameNumbers numbers_{true};
-  std::optional<Shape> first_;
+  Shape shape_;  // of every frame, as the camera is set
   std::atomic<bool> control_lost_ = false;
 };
 

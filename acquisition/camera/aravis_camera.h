@@ -12,8 +12,9 @@ std::vector<CameraInfo> ListAravisCameras();
 //
 // Start switches automatic functions off and checks that pictures are linear in light, and refuses odd
 // offsets and mirrored pictures (they change the layout); what it did comes as Progress::Info and Warn. When
-// control of the camera is lost, Next looks for it by its serial number again and again, gives it its
-// settings back, checks them, and goes on (Delivery::kRestarted).
+// control of the camera is lost, Next looks for it by its hardware address (USB: serial number) again and
+// again, gives it its settings back, checks them, and goes on (Delivery::kRestarted). A frame is whole if all
+// its packets came from the camera, cut as agreed, and its format and size are as the camera is set.
 std::unique_ptr<Camera> OpenAravisCamera(const std::string& name);
 
 // Frame numbers as they come (GigE Vision: 16 bits, 0 is left out at the wrap; or 64 bits) made one count

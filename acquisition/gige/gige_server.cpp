@@ -80,7 +80,9 @@ in_addr AddressOf(const std::string& text) {
 
 GigeIdentity IdentityOf(const Camera& source, const in_addr& address) {
   const CameraInfo info = source.info();
-  GigeIdentity identity{info.vendor, info.model, POLARSCAN_VERSION, info.serial, {}};
+  // Several simulated cameras may be there at once; serial numbers tell cameras apart.
+  const std::string serial = info.id == "simulated" ? ::inet_ntoa(address) : info.serial;
+  GigeIdentity identity{info.vendor, info.model, POLARSCAN_VERSION, serial, {}};
   const std::uint32_t host = ntohl(address.s_addr);
   for (int i = 0; i < 4; ++i) identity.address[std::size_t(i)] = std::uint8_t(host >> (24 - 8 * i));
   return identity;
@@ -142,6 +144,21 @@ class GigeServer::Implementation {
 
   GigeCounts counts() const { return sender_.counts(); }
 
+  // The answer; empty: none is wanted.
+  Bytes Hear(ByteView datagram, const sockaddr_in& from) {
+    const auto command = gvcp::Parse(datagram);
+    if (!command) return {};
+    if (command->command == gvcp::kResend) {
+      if (const auto request = gvcp::ParseResend(command->payload)) sender_.Resend(*request);
+      return {};
+    }
+    // Who got no answer asks again, with the same number, for what is done already.
+    const bool again = command->id == answered_id_ && SameHost(from, answered_) && !answer_.empty();
+    if (!again) answer_ = Answer(*command, from);
+    answered_id_ = command->id, answered_ = from;
+    return command->wants_answer ? answer_ : Bytes();
+  }
+
  private:
   // Control.
   void Serve() {
@@ -163,14 +180,8 @@ class GigeServer::Implementation {
     const ssize_t n =
         ::recvfrom(socket, datagram.data(), datagram.size(), 0, reinterpret_cast<sockaddr*>(&from), &size);
     if (n <= 0 || Clock::now() < silent_until_.load()) return;
-    const auto command = gvcp::Parse(ByteView(datagram).first(std::size_t(n)));
-    if (!command) return;
-    if (command->command == gvcp::kResend) {
-      if (const auto request = gvcp::ParseResend(command->payload)) sender_.Resend(*request);
-      return;
-    }
-    const Bytes answer = Answer(*command, from);
-    if (command->wants_answer)
+    const Bytes answer = Hear(ByteView(datagram).first(std::size_t(n)), from);
+    if (!answer.empty())
       ::sendto(control_.fd, answer.data(), answer.size(), 0, reinterpret_cast<const sockaddr*>(&from), size);
   }
 
@@ -384,6 +395,8 @@ class GigeServer::Implementation {
     block_ = block_ == 0xffff ? std::uint16_t(1) : std::uint16_t(block_ + 1);
     ++sent_;
     const GigeFaults& faults = options_.faults;
+    if (faults.packet_size > 0) out.packet_size = std::size_t(faults.packet_size);
+    out.headless = sent_ == std::uint64_t(faults.headless_at);
     const auto from = [&](int number) { return number > 0 && sent_ >= std::uint64_t(number); };
     const bool half = from(faults.format_change_at), cut = sent_ == std::uint64_t(faults.short_at);
     out.image.block = block_;
@@ -419,6 +432,9 @@ class GigeServer::Implementation {
   std::set<std::uint32_t> chunks_;  // ids of those that are on
   sockaddr_in controller_{};
   Clock::time_point heard_;
+  Bytes answer_;  // the last one, as the next line: control's thread only
+  sockaddr_in answered_{};
+  std::uint16_t answered_id_ = 0;
   std::atomic<bool> in_control_ = false, acquiring_ = false, stop_ = false, failed_ = false;
   std::atomic<bool> triggered_ = false;
   std::atomic<int> triggers_ = 0;  // not yet answered
@@ -443,6 +459,9 @@ OptionTable Table(GigeServerOptions& o) {
       {"format-change-at", &o.faults.format_change_at, "frames are half as high from this one on", "frame", 0,
        2e9},
       {"short-at", &o.faults.short_at, "this frame ends after half of its packets", "frame", 0, 2e9},
+      {"headless-at", &o.faults.headless_at, "this frame's leader never comes", "frame", 0, 2e9},
+      {"packet-size", &o.faults.packet_size, "of the stream, whatever was agreed; 0: as agreed", "byte", 0,
+       65000},
       {"clock-jump-at", &o.faults.clock_jump_at, "the camera's clock is an hour ahead from this one on",
        "frame", 0, 2e9},
       {"stray-packet", &o.faults.stray_packet, "a late test packet comes at the beginning of each stream"},
@@ -455,6 +474,7 @@ GigeServer::GigeServer(GigeSource source, const std::string& address, const Gige
     : implementation_(std::make_unique<Implementation>(std::move(source), address, options)) {}
 GigeServer::~GigeServer() = default;
 void GigeServer::Run(Progress& progress) { implementation_->Run(progress); }
+Bytes GigeServer::Answer(ByteView datagram) { return implementation_->Hear(datagram, {}); }
 GigeCounts GigeServer::counts() const { return implementation_->counts(); }
 
 }  // namespace polarscan

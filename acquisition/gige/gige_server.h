@@ -2,6 +2,7 @@
 #pragma once
 #include <functional>
 #include <memory>
+#include <span>
 
 #include "acquisition/camera/camera.h"
 #include "core/options.h"
@@ -25,6 +26,8 @@ struct GigeFaults {
   int disconnect_at = 0;            // the same, and the camera has forgotten everything after it
   int format_change_at = 0;         // frames are half as high from this one on
   int short_at = 0;                 // this frame ends after half of its packets
+  int headless_at = 0;              // this frame's leader never comes
+  int packet_size = 0;              // of the stream, whatever was agreed; 0: as agreed
   int clock_jump_at = 0;            // the camera's clock is an hour ahead from this one on
   bool stray_packet = false;        // a test packet comes when a stream has begun
   int first_number = 1;             // of a stream's frames; near 65535 the numbers soon begin anew
@@ -52,6 +55,8 @@ class GigeServer {
   ~GigeServer();
   // Serves until progress is cancelled. Throws what the source throws.
   void Run(Progress& progress);
+  // What it answers to a datagram on its control port, and does; empty: nothing.
+  std::vector<std::uint8_t> Answer(std::span<const std::uint8_t> datagram);
   GigeCounts counts() const;
 
  private:

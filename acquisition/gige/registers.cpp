@@ -129,6 +129,25 @@ std::string Description(const GigeIdentity& identity, const std::vector<GigeFeat
       identity.model, identity.vendor, names, nodes);
 }
 
+// Whether a feature may have this value.
+bool Allowed(const GigeFeature& feature, ByteView bytes) {
+  if (bytes.size() != (feature.kind == Kind::kFloat ? 8 : 4)) return false;
+  const double value = feature.kind == Kind::kFloat ? std::bit_cast<double>(GetBig<std::uint64_t>(bytes, 0))
+                                                    : double(GetBig<std::uint32_t>(bytes, 0));
+  switch (feature.kind) {
+    case Kind::kInteger:
+    case Kind::kFloat:
+      return value >= feature.min && value <= feature.max;
+    case Kind::kBoolean:
+      return value <= 1;
+    case Kind::kEnumeration:
+      return std::ranges::any_of(feature.entries, [&](const auto& entry) { return entry.second == value; });
+    case Kind::kCommand:
+      return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 GigeRegisters::GigeRegisters(const GigeIdentity& identity, std::vector<GigeFeature> features)
@@ -165,11 +184,14 @@ std::optional<ByteView> GigeRegisters::Read(std::uint32_t address, std::size_t b
 
 std::uint16_t GigeRegisters::Write(std::uint32_t address, ByteView bytes) {
   if (!Read(address, bytes.size())) return gvcp::kInvalidAddress;
-  const GigeFeature* feature = At(address);
-  const bool of_stream = address >= 0x0D00 && address < 0x0D20;
-  const bool allowed = feature ? feature->writable || feature->kind == Kind::kCommand
-                               : of_stream || address == kControl || address == kHeartbeatTimeout;
-  if (!allowed) return gvcp::kWriteProtected;
+  if (const GigeFeature* feature = At(address)) {
+    if (!feature->writable && feature->kind != Kind::kCommand) return gvcp::kWriteProtected;
+    if (!Allowed(*feature, bytes)) return gvcp::kInvalidParameter;
+  } else {
+    const bool of_stream = address >= 0x0D00 && address < 0x0D20;
+    if (!of_stream && address != kControl && address != kHeartbeatTimeout) return gvcp::kWriteProtected;
+    if (address % 4 != 0 || bytes.size() != 4) return gvcp::kInvalidParameter;
+  }
   Put(address, bytes);
   return 0;
 }
@@ -210,7 +232,8 @@ std::string GigeRegisters::Entry(const std::string& feature) const {
 
 const GigeFeature* GigeRegisters::At(std::uint32_t address) const {
   const std::size_t index = (address - kFeatures) / kFeatureBytes;
-  return address >= kFeatures && index < features_.size() ? &features_[index] : nullptr;
+  const bool first = (address - kFeatures) % kFeatureBytes == 0;
+  return address >= kFeatures && first && index < features_.size() ? &features_[index] : nullptr;
 }
 
 std::size_t GigeRegisters::IndexOf(const std::string& feature) const {

@@ -67,7 +67,7 @@ class GigeRegisters {
   void SetFloat(const std::string& feature, double value);
   // The name of an enumeration's entry.
   std::string Entry(const std::string& feature) const;
-  // The feature whose register holds this address; null if none does.
+  // The feature whose register begins at this address; null if none does.
   const GigeFeature* At(std::uint32_t address) const;
 
   const std::string& description() const { return description_; }  // GenICam XML

@@ -85,7 +85,7 @@ void StreamSender::Send(const OutgoingFrame& frame, std::chrono::nanoseconds dur
   const auto begin = std::chrono::steady_clock::now();
   std::vector<Packet> group;
   for (std::uint32_t number = 0; number < count; ++number) {
-    group.push_back(MakePacket(frame, number));
+    if (number > 0 || !frame.headless) group.push_back(MakePacket(frame, number));
     if (group.size() < kGroup && number + 1 < count) continue;
     SendGroup(frame.receiver, group, false);
     group.clear();
@@ -97,9 +97,10 @@ void StreamSender::Resend(const gvcp::Resend& request) {
   OutgoingFrame frame;
   {
     const std::lock_guard lock(mutex_);
-    const auto found =
-        std::ranges::find_if(recent_, [&](const OutgoingFrame& f) { return f.image.block == request.block; });
-    if (found == recent_.end()) {
+    const auto found =  // the latest: numbers begin anew with every stream
+        std::find_if(recent_.rbegin(), recent_.rend(),
+                     [&](const OutgoingFrame& f) { return f.image.block == request.block; });
+    if (found == recent_.rend()) {
       ++counts_.unavailable;
       return;
     }
@@ -109,7 +110,7 @@ void StreamSender::Resend(const gvcp::Resend& request) {
       std::min(request.last, gvsp::DataPackets(frame.image.bytes, frame.packet_size) + 1);
   std::vector<Packet> packets;
   for (std::uint32_t number = request.first; number <= last; ++number)
-    packets.push_back(MakePacket(frame, number));
+    if (number > 0 || !frame.headless) packets.push_back(MakePacket(frame, number));
   SendGroup(frame.receiver, packets, true);
 }
 

@@ -20,6 +20,7 @@ struct OutgoingFrame {
   std::shared_ptr<const Bytes> payload;
   std::size_t packet_size = 1400;  // bytes, as GevSCPSPacketSize
   sockaddr_in receiver{};
+  bool headless = false;  // its leader is never sent
 };
 
 // Sends frames as GVSP packets, loses and doubles some of them as the faults say, and keeps the last frames

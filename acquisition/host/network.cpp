@@ -92,22 +92,6 @@ std::vector<HostCheck> CheckInterface(const Host& host, const fs::path& interfac
   return {CheckAddress(name, has_address), CheckPacketSize(interface, name), CheckReversePath(host, name)};
 }
 
-HostCheck CheckSocketBuffer(const Host& host) {
-  const long bytes = ReadNumber(host.proc / "sys/net/core/rmem_max", -1);
-  HostCheck check{"network, socket buffer", CheckState::kGood, fmt::format("{} bytes", bytes),
-                  fmt::format("{} bytes, for a GigE camera", kSocketBuffer_bytes), ""};
-  if (bytes < 0) {
-    check.state = CheckState::kNotApplicable;
-    check.measured = "not known (a container does not show it)";
-  } else if (bytes < kSocketBuffer_bytes) {
-    check.state = CheckState::kWarning;
-    check.fix = fmt::format(
-        "echo net.core.rmem_max={} | sudo tee /etc/sysctl.d/70-polarscan.conf && sudo sysctl --system",
-        kSocketBuffer_bytes);
-  }
-  return check;
-}
-
 // Effective capabilities of this program.
 std::uint64_t Capabilities(const Host& host) {
   std::ifstream status(host.proc / "self/status");
@@ -116,17 +100,20 @@ std::uint64_t Capabilities(const Host& host) {
   return 0;
 }
 
-// A second way past a small socket buffer: with a large one nobody needs it.
-HostCheck CheckPacketSockets(const Host& host, bool small_buffer) {
-  HostCheck check{"network, packet sockets", CheckState::kGood, "allowed", "", ""};
-  if (Capabilities(host) >> CAP_NET_RAW & 1) return check;
-  check.state = CheckState::kNotApplicable;
-  check.measured = "not allowed; not needed with a large socket buffer";
-  if (small_buffer) {
+HostCheck CheckSocketBuffer(const Host& host) {
+  const long bytes = ReadNumber(host.proc / "sys/net/core/rmem_max", -1);
+  HostCheck check{"network, socket buffer", CheckState::kGood, fmt::format("{} bytes", bytes),
+                  fmt::format("{} bytes, for a GigE camera", kSocketBuffer_bytes), ""};
+  if (bytes < 0) {
+    check.state = CheckState::kNotApplicable;
+    check.measured = "not known (a container does not show it)";
+  } else if (Capabilities(host) >> CAP_NET_ADMIN & 1) {
+    check.measured += ", but this program may have more";
+  } else if (bytes < kSocketBuffer_bytes) {
     check.state = CheckState::kWarning;
-    check.measured = "not allowed (CAP_NET_RAW)";
-    check.required = "allowed, or a large socket buffer";
-    check.fix = "sudo setcap cap_net_raw+ep " + Quoted(RunningProgram(host));
+    check.fix = fmt::format(
+        "echo net.core.rmem_max={} | sudo tee /etc/sysctl.d/70-polarscan.conf && sudo sysctl --system",
+        kSocketBuffer_bytes);
   }
   return check;
 }
@@ -145,7 +132,6 @@ std::vector<HostCheck> CheckNetwork(const Host& host) {
     checks.insert(checks.end(), more.begin(), more.end());
   }
   checks.push_back(CheckSocketBuffer(host));
-  checks.push_back(CheckPacketSockets(host, checks.back().state == CheckState::kWarning));
   return checks;
 }
 

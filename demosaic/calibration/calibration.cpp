@@ -64,7 +64,7 @@ MosaicCorrection ReadMaps(const fs::path& folder, const json& maps) {
   if (!maps.is_object()) return correction;
   const fs::path path = folder / fs::path(maps.at("file").get<std::string>()).filename();
   if (!fs::exists(path)) throw Error("the calibration's maps are missing", path.string(), "Calibrate again");
-  if (ToHex(HashFile(path)) != maps.at("hash"))
+  if (maps.at("hash") != ToHex(HashFile(path)))
     throw Error("the calibration's maps are damaged (checksum)", path.string(), "Calibrate again");
   std::vector<Image<float>> pages = ReadFloatTiff(path);
   const auto names = maps.at("pages").get<std::vector<std::string>>();

@@ -200,10 +200,10 @@ TEST_F(NetworkTest, AHostMadeForGigeCamerasHasNothingToFix) {
   AddCard("enp3s0");
   GiveAddresses({"enp3s0"});
   const Checks checks = CheckNetwork(host_);
-  EXPECT_EQ(checks.size(), 5u);
+  EXPECT_EQ(checks.size(), 4u);
   for (const HostCheck& check : checks) {
     EXPECT_EQ(check.fix, "") << check.name;
-    EXPECT_TRUE(check.state == CheckState::kGood || check.name == "network, packet sockets") << check.name;
+    EXPECT_EQ(check.state, CheckState::kGood) << check.name;
   }
 }
 
@@ -253,17 +253,14 @@ TEST_F(NetworkTest, TheStrictFilterIsAWarningUnlessTheLooseOneIsOver) {
   EXPECT_TRUE(Is(Check("eth0, filter"), CheckState::kGood));
 }
 
-TEST_F(NetworkTest, ASmallSocketBufferIsAWarningAndPacketSocketsAreTheOtherWay) {
+TEST_F(NetworkTest, ASmallSocketBufferIsAWarningUnlessTheProgramMayHaveMore) {
   AddCard("eth0");
   GiveAddresses({"eth0"});
-  EXPECT_TRUE(Is(Check("packet sockets"), CheckState::kNotApplicable));
   Put(host_.proc / "sys/net/core/rmem_max", "212992");
   EXPECT_TRUE(Is(Check("socket buffer"), CheckState::kWarning));
   EXPECT_NE(Check("socket buffer").fix.find("net.core.rmem_max=33554432"), std::string::npos);
-  EXPECT_TRUE(Is(Check("packet sockets"), CheckState::kWarning));
-  EXPECT_EQ(Check("packet sockets").fix.find("sudo setcap cap_net_raw+ep"), 0u);
-  Put(host_.proc / "self/status", "CapEff:\t0000000000002000");
-  EXPECT_TRUE(Is(Check("packet sockets"), CheckState::kGood));
+  Put(host_.proc / "self/status", "CapEff:\t0000000000001000");
+  EXPECT_TRUE(Is(Check("socket buffer"), CheckState::kGood));
   fs::remove(host_.proc / "sys/net/core/rmem_max");
   EXPECT_TRUE(Is(Check("socket buffer"), CheckState::kNotApplicable));
 }

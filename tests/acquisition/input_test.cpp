@@ -236,6 +236,26 @@ TEST_F(InputTest, ATruncatedPngIsNamed) {
   EXPECT_SAYS(Complaint(), "cut off");
 }
 
+TEST_F(InputTest, APictureOfAnotherKindIsNotGivenToWhoeverKnowsIt) {
+  WriteFileAtomically(folder_ / "a.tif", std::string("GDAL or whatever") + std::string(200, 'x'));
+  EXPECT_THROW(ReadPicture(folder_ / "a.tif"), Error);
+  WriteFileAtomically(folder_ / "b.tif", EncodeJpeg(Image<Rgb8>(8, 8), 90));  // whatever it is called
+  EXPECT_EQ(ReadPicture(folder_ / "b.tif").width(), 8);
+}
+
+TEST_F(InputTest, APictureThatPromisesMoreThanItsFileCanHoldIsRefused) {
+  std::string bytes = EncodeJpeg(Image<Rgb8>(8, 8), 90);
+  const std::size_t size = bytes.find("\xFF\xC0") + 5;  // height, width
+  bytes[size] = bytes[size + 2] = 0x20;
+  WriteFileAtomically(folder_ / "a.jpg", bytes);
+  try {
+    ReadPicture(folder_ / "a.jpg");
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_SAYS(std::string(error.what()), "promises more pixels");
+  }
+}
+
 TEST_F(InputTest, AWrongLayoutIsNamed) {
   Grey8("mosaic/a.png");
   EXPECT_SAYS(Complaint({.layout = "90 45 / 135 30"}), "\"90 45 / 135 30\"");

@@ -104,6 +104,20 @@ TEST_F(Pipeline, SaysWhatItDidInScanJson) {
   EXPECT_TRUE(fs::exists(scan / "dense/polar/000000.tif"));
 }
 
+TEST_F(Pipeline, NeedsNoNetworkNoDisplayAndNoHome) {
+  if (Process({"unshare", "--net", "true"}).Wait().exit_code != 0)
+    GTEST_SKIP() << "a process without network may not be made here";
+  const fs::path scan = Folder("scan");
+  std::vector<std::string> command = Polarscan(Command(scan));
+  const std::vector<std::string> without = {
+      "unshare", "--net",          "env",       "-u", "DISPLAY", "-u", "WAYLAND_DISPLAY",
+      "-u",      "XDG_CACHE_HOME", "HOME=/proc"};
+  command.insert(command.begin(), without.begin(), without.end());
+  const Outcome outcome = Process(command).Wait();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(fs::exists(scan / "mesh.ply"));
+}
+
 // The bounds leave room around what is expected at this size, where a pixel is 0.02 wide, and are far from
 // chance: a random normal is off by 57 degrees, a random depth inside the ball by 0.3.
 TEST_F(Pipeline, MakesACloudNearTheTruth) {

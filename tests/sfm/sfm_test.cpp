@@ -134,6 +134,30 @@ TEST_F(Sfm, ACommandThatDiesHalfWayIsSaid) {
   EXPECT_TRUE(progress.Heard("exhaustive_matcher ended with exit code 134"));
 }
 
+// As COLMAP 3.8 without CUDA: with its own options it looks for a display and dies where there is none.
+TEST_F(Sfm, AColmapThatDiesWithoutADisplayIsNeverAskedForIt) {
+  const std::string dies = "tail -n 1 calls | grep -q 'use_gpu 0' || kill -ABRT $$; ";
+  colmap().On("feature_extractor", dies + "cp prepared.db $database");
+  colmap().On("exhaustive_matcher", dies + "cp matched.db $database");
+  EXPECT_EQ(Run().images.size(), 10u);
+  EXPECT_TRUE(progress.warnings.empty());
+}
+
+// Exit code 134, and a database or model that ends anywhere.
+TEST_F(Sfm, AModelThatColmapLeftHalfWrittenIsSaid) {
+  colmap().On("mapper",
+              "cp -r models/. $output; for f in $output/0/*.bin; do truncate -s 20 $f; done; kill -ABRT $$");
+  const std::string message = RunError();
+  EXPECT_TRUE(Contains(message, "only 0 of 10 views could be placed")) << message;
+  EXPECT_TRUE(progress.Heard("exit code 134"));
+}
+
+TEST_F(Sfm, ADatabaseThatColmapLeftHalfWrittenIsSaid) {
+  colmap().On("feature_extractor", "head -c 3000 prepared.db >$database; exit 0");
+  const std::string message = RunError();
+  EXPECT_TRUE(Contains(message, (folder / "sfm").string())) << message;
+}
+
 TEST_F(Sfm, AMissingColmapComesWithTheCommandThatInstallsIt) {
   options.colmap = "no-such-colmap-here";
   EXPECT_TRUE(Contains(RunError(), "sudo apt install colmap"));
