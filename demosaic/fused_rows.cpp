@@ -247,36 +247,53 @@ void GuideRows(const Band& band, int first, int last, float* const* scratch, flo
   }
 }
 
-// Two samples in three bytes: 12 bytes are 8 samples.
-template <bool kLsbFirst>
-void Unpack12(const std::uint8_t* row, const std::uint8_t* end, int width, const Light& light, float* out) {
-  int x = 0;
 #if HWY_TARGET != HWY_SCALAR
-  const hn::FixedTag<std::uint8_t, 16> bytes;
-  const hn::FixedTag<std::uint16_t, 8> words;
-  const hn::FixedTag<std::uint32_t, 4> wide;
-  const hn::FixedTag<float, 4> floats;
+// Two samples in three bytes: each 16 bytes of a vector get the next 12 of the row, which are 8 samples. As
+// many whole vectors as there are; returns how many samples those were.
+template <bool kLsbFirst, class Bytes>
+int Unpack12Vectors(Bytes bytes, const std::uint8_t* row, const std::uint8_t* end, int width,
+                    const Light& light, float* out) {
+  const hn::Repartition<std::uint16_t, Bytes> words;
+  const hn::Repartition<std::uint32_t, Bytes> quads;
+  const hn::Half<decltype(words)> half;
+  const hn::Rebind<std::int32_t, decltype(half)> ints;
+  const hn::Rebind<float, decltype(half)> floats;
+  const std::size_t size = hn::Lanes(bytes);
+  const int count = int(size / 2);  // samples
   // The two bytes that hold each sample; in 12Packed the first one of an even sample is the high one.
-  HWY_ALIGN static constexpr std::uint8_t kPlaces[2][16] = {
-      {1, 0, 1, 2, 4, 3, 4, 5, 7, 6, 7, 8, 10, 9, 10, 11},
-      {0, 1, 1, 2, 3, 4, 4, 5, 6, 7, 7, 8, 9, 10, 10, 11}};
-  const auto places = hn::Load(bytes, kPlaces[kLsbFirst ? 1 : 0]);
-  const auto black = hn::Set(floats, light.black), scale = hn::Set(floats, light.scale);
-  for (; x + 8 <= width && row + 16 <= end; x += 8, row += 12) {
-    const auto pairs = hn::BitCast(words, hn::TableLookupBytes(hn::LoadU(bytes, row), places));
+  HWY_ALIGN constexpr std::uint8_t kPlaces[2][16] = {{1, 0, 1, 2, 4, 3, 4, 5, 7, 6, 7, 8, 10, 9, 10, 11},
+                                                     {0, 1, 1, 2, 3, 4, 4, 5, 6, 7, 7, 8, 9, 10, 10, 11}};
+  HWY_ALIGN constexpr std::int32_t kSpread[16] = {0, 1, 2, 2, 3, 4, 5, 5, 6, 7, 8, 8, 9, 10, 11, 11};
+  const auto places = hn::LoadDup128(bytes, kPlaces[kLsbFirst ? 1 : 0]);
+  const auto spread = hn::SetTableIndices(quads, kSpread);
+  const auto scale = hn::Set(floats, light.scale), zero = hn::Set(floats, -light.black * light.scale);
+  int x = 0;
+  for (; x + count <= width && row + size <= end; x += count, row += size / 4 * 3) {
+    const auto apart = hn::TableLookupLanes(hn::BitCast(quads, hn::LoadU(bytes, row)), spread);
+    const auto pairs = hn::BitCast(words, hn::TableLookupBytes(hn::BitCast(bytes, apart), places));
     const auto odd = hn::ShiftRight<4>(pairs);
     const auto even = kLsbFirst
                           ? hn::And(pairs, hn::Set(words, 0xFFF))
                           : hn::Or(hn::And(odd, hn::Set(words, 0xFF0)), hn::And(pairs, hn::Set(words, 15)));
     const auto samples = hn::OddEven(odd, even);
-    const auto low = hn::PromoteTo(wide, hn::LowerHalf(samples));
-    const auto high = hn::PromoteTo(wide, hn::UpperHalf(hn::Half<decltype(words)>(), samples));
-    const hn::RebindToSigned<decltype(wide)> ints;
-    hn::StoreU(hn::Mul(hn::Sub(hn::ConvertTo(floats, hn::BitCast(ints, low)), black), scale), floats,
-               out + x);
-    hn::StoreU(hn::Mul(hn::Sub(hn::ConvertTo(floats, hn::BitCast(ints, high)), black), scale), floats,
-               out + x + 4);
+    const auto light_of = [&](auto part) HWY_ATTR {
+      return hn::MulAdd(hn::ConvertTo(floats, hn::PromoteTo(ints, part)), scale, zero);
+    };
+    hn::StoreU(light_of(hn::LowerHalf(half, samples)), floats, out + x);
+    hn::StoreU(light_of(hn::UpperHalf(half, samples)), floats, out + x + count / 2);
   }
+  return x;
+}
+#endif
+
+template <bool kLsbFirst>
+void Unpack12(const std::uint8_t* row, const std::uint8_t* end, int width, const Light& light, float* out) {
+  int x = 0;
+#if HWY_TARGET != HWY_SCALAR
+  x = Unpack12Vectors<kLsbFirst>(hn::CappedTag<std::uint8_t, 64>(), row, end, width, light, out);
+  x += Unpack12Vectors<kLsbFirst>(hn::FixedTag<std::uint8_t, 16>(), row + x / 2 * 3, end, width - x, light,
+                                  out + x);
+  row += x / 2 * 3;
 #endif
   (void)end;
   for (; x < width; x += 2, row += 3) {
