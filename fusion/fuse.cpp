@@ -56,11 +56,12 @@ std::string Advise(const FusionCounts& c, int min_views) {
     return "The views hardly show the same surface: check the poses (polarscan report), take pictures closer "
            "together, or "
            "lower --fusion-min-views";
-  if (asked.depth >= std::max(asked.reprojection, asked.normal))
-    return "Depths differ: check the poses (polarscan report), or raise --fusion-depth";
-  return asked.reprojection >= asked.normal ? "Points are seen beside each other: check the poses (polarscan "
-                                              "report), or raise --fusion-reprojection"
-                                            : "Normals differ: raise --fusion-normal";
+  // Depth is asked first, then reprojection, then normals; hidden places fail the first in good scans, too.
+  if (asked.normal + asked.agreed > c.too_few_views) return "Normals differ: raise --fusion-normal";
+  return asked.reprojection + asked.normal + asked.agreed > c.too_few_views
+             ? "Points are seen beside each other: check the poses (polarscan report), or raise "
+               "--fusion-reprojection"
+             : "Depths differ: check the poses (polarscan report), or raise --fusion-depth";
 }
 
 // One run: the state that lasts from view to view.
