@@ -18,7 +18,8 @@ void Run(const DemosaicCommand& command, Context& context) {
   const Input input = OpenInput(command.input, command.input_options);
   MakeStokesViews(input, command.views, command.options, context.progress, command.pictures);
   context.Finish({{"input", ToJson(input)}, {"views", input.views.size()}, {"folder", command.views}},
-                 fmt::format("{} views in {}", input.views.size(), command.views));
+                 fmt::format("{} view{} in {}{}", input.views.size(), input.views.size() == 1 ? "" : "s",
+                             command.views, command.pictures ? "; pictures to look at in pictures/" : ""));
 }
 
 }  // namespace

@@ -34,6 +34,8 @@ std::pair<std::filesystem::path, nlohmann::json> Fuse(const FuseArguments& argum
 void Run(const FuseArguments& arguments, Context& context) {
   auto [cloud, result] = Fuse(arguments, context);
   result["cloud"] = cloud.string();
+  if (context.data_lost)
+    context.progress.Warn("polarscan fuse --repair estimates the maps of views that were left out again");
   context.Finish(result, fmt::format("{} points from {} views, each seen by {:.1f} on average: {}",
                                      result.at("points").get<std::size_t>(), result.at("views").get<int>(),
                                      result.at("mean_views").get<double>(), cloud.string()));

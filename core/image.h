@@ -2,10 +2,24 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <new>
 #include <span>
 #include <vector>
 
 namespace polarscan {
+
+// Memory that begins at a cache line, so that vector loops over several pictures find them aligned alike.
+template <class T>
+struct AlignedAllocator {
+  using value_type = T;
+  static constexpr std::align_val_t kLine{64};
+  AlignedAllocator() = default;
+  template <class U>
+  AlignedAllocator(const AlignedAllocator<U>&) {}
+  T* allocate(std::size_t count) { return static_cast<T*>(::operator new(count * sizeof(T), kLine)); }
+  void deallocate(T* values, std::size_t) { ::operator delete(values, kLine); }
+  bool operator==(const AlignedAllocator&) const = default;
+};
 
 // A picture of width x height values, rows top to bottom, no padding. Axes: x right, y down; the centre of
 // pixel (x, y) lies at continuous coordinates (x + 0.5, y + 0.5) (docs/conventions.md).
@@ -31,7 +45,7 @@ class Image {
 
  private:
   int width_ = 0, height_ = 0;
-  std::vector<T> data_;
+  std::vector<T, AlignedAllocator<T>> data_;
 };
 
 struct Rgb8 {

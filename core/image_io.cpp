@@ -225,19 +225,24 @@ std::string EncodeJpeg(const Image<Rgb8>& image, int quality) {
   return {bytes.begin(), bytes.end()};
 }
 
-void WriteFloatTiff(const fs::path& path, const std::vector<const Image<float>*>& pages) {
+void WriteFloatTiff(const fs::path& path, const std::vector<const Image<float>*>& pages,
+                    const std::string& description) {
   WriteAtomically(path, [&](const fs::path& temporary) {
     errno = 0;
     const TiffFile file = OpenTiff(temporary, "w");
     if (!file) ThrowTiffError(path);
+    if (!description.empty()) TIFFSetField(file.get(), TIFFTAG_IMAGEDESCRIPTION, description.c_str());
     for (const Image<float>* page : pages) WritePage(file.get(), *page, path);
     if (TIFFFlush(file.get()) != 1) ThrowTiffError(path);
   });
 }
 
-std::vector<Image<float>> ReadFloatTiff(const fs::path& path) {
+std::vector<Image<float>> ReadFloatTiff(const fs::path& path, std::string* description) {
   const TiffFile file = OpenTiff(path, "r");
   if (!file) throw Error("this is not a TIFF file, or it is damaged", path.string());
+  const char* text = nullptr;
+  if (description && TIFFGetField(file.get(), TIFFTAG_IMAGEDESCRIPTION, &text) == 1 && text)
+    *description = text;
   std::vector<Image<float>> pages;
   do {
     pages.push_back(ReadPage(file.get(), path));

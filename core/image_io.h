@@ -42,8 +42,11 @@ void WriteTiff(const std::filesystem::path& path, const Image<std::uint16_t>& im
 // The bytes of a JPEG file (quality 1 to 100), for pictures inside an HTML page.
 std::string EncodeJpeg(const Image<Rgb8>& image, int quality);
 
-// A TIFF with one float32 grey page per image (Deflate, lossless), all of one size. Atomic.
-void WriteFloatTiff(const std::filesystem::path& path, const std::vector<const Image<float>*>& pages);
-std::vector<Image<float>> ReadFloatTiff(const std::filesystem::path& path);
+// A TIFF with one float32 grey page per image (Deflate, lossless), all of one size. Atomic. description: the
+// first page's ImageDescription; none if empty.
+void WriteFloatTiff(const std::filesystem::path& path, const std::vector<const Image<float>*>& pages,
+                    const std::string& description = "");
+std::vector<Image<float>> ReadFloatTiff(const std::filesystem::path& path,
+                                        std::string* description = nullptr);
 
 }  // namespace polarscan

@@ -101,31 +101,34 @@ class FusedDemosaic::Implementation {
     }
   }
 
-  void ReadBand(std::span<const std::uint8_t> bytes, std::size_t stride, int first, int last,
-                float* rows) const {
-    for (int y = first - reach_; y < last + reach_; ++y) {
-      float* row = rows + std::size_t(y - first + reach_) * stride_;
-      ReadRow(bytes, stride, Reflect(y, height_), row + kBorder);
-      for (int i = 1; i <= kBorder; ++i) {
-        row[kBorder - i] = row[kBorder + Reflect(-i, width_)];
-        row[kBorder + width_ - 1 + i] = row[kBorder + Reflect(width_ - 1 + i, width_)];
-      }
+  // The same with its border; y may lie beyond the picture.
+  void ReadPaddedRow(std::span<const std::uint8_t> bytes, std::size_t stride, int y, float* row) const {
+    ReadRow(bytes, stride, Reflect(y, height_), row + kBorder);
+    for (int i = 1; i <= kBorder; ++i) {
+      row[kBorder - i] = row[kBorder + Reflect(-i, width_)];
+      row[kBorder + width_ - 1 + i] = row[kBorder + Reflect(width_ - 1 + i, width_)];
     }
   }
 
   void RunBand(std::span<const std::uint8_t> bytes, std::size_t stride, int first, int last,
                std::vector<float>& scratch, PolarPlanes& planes, bool angles) const {
     float* rows = scratch.data();
-    ReadBand(bytes, stride, first, last, rows);
+    int next = first - reach_;  // row to be read
+    const auto read_before = [&](int end) {
+      for (; next < end; ++next)
+        ReadPaddedRow(bytes, stride, next, rows + std::size_t(next - first + reach_) * stride_);
+    };
     const bool guided = method_ == "difference";
     float *guide = rows + band_size_, *difference = rows + 2 * band_size_;
     if (guided) {
+      read_before(last + reach_);
       std::array<float*, 6> more;
       for (std::size_t i = 0; i < 6; ++i) more[i] = rows + (3 + i) * band_size_;
       const Band band{rows, stride_, last - first + 2 * reach_, width_};
       GuideRows(band, reach_ - 1, reach_ + last - first + 1, more.data(), guide, difference);
     }
     for (int y = first; y < last; ++y) {
+      read_before(y + reach_ + 1);  // late, so that it is still in the first-level cache
       const std::size_t at = std::size_t(y - first + reach_) * stride_ + kBorder;
       const OutRow out{planes.s0.row(y),
                        planes.s1.row(y),

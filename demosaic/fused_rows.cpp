@@ -24,7 +24,8 @@ using V = hn::Vec<Floats>;
 #if HWY_TARGET == HWY_SCALAR
 class Alternating {
  public:
-  explicit Alternating(const float (&pair)[2]) : pair_{pair[0], pair[1]} {}
+  explicit Alternating(const float (&pair)[2], float factor = 1)
+      : pair_{factor * pair[0], factor * pair[1]} {}
   V At(std::size_t x) const { return hn::Set(Floats(), pair_[x & 1]); }
 
  private:
@@ -33,8 +34,8 @@ class Alternating {
 #else
 class Alternating {
  public:
-  explicit Alternating(const float (&pair)[2])
-      : lanes_(hn::OddEven(hn::Set(Floats(), pair[1]), hn::Set(Floats(), pair[0]))) {}
+  explicit Alternating(const float (&pair)[2], float factor = 1)
+      : lanes_(hn::OddEven(hn::Set(Floats(), factor * pair[1]), hn::Set(Floats(), factor * pair[0]))) {}
   V At(std::size_t) const { return lanes_; }
 
  private:
@@ -75,17 +76,15 @@ void StorePart(V v, std::size_t count, float* out) {
   std::memcpy(out, lanes, count * sizeof(float));
 }
 
-// kAngles: dop and aop too. Outputs that the caches need not keep go past them where all rows are aligned.
+// kAngles: dop and aop too. Outputs that the caches need not keep go past them where all rows are aligned
+// alike. `compute` and `rows` hold values: what is left behind a pointer would be read again after every such
+// store.
 template <bool kAngles, class Compute>
-void Emit(const OutRow& out, Compute&& compute) {
+void EmitRow(const OutRow rows, const Compute compute) {
   const Floats d;
-  const std::size_t lanes = hn::Lanes(d), width = std::size_t(out.width), bytes = lanes * sizeof(float);
-  const auto misaligned = [&](const float* p) { return reinterpret_cast<std::uintptr_t>(p) % bytes; };
-  const std::size_t off = misaligned(out.s0);
-  const bool stream = off % 8 == 0 && misaligned(out.s1) == off && misaligned(out.s2) == off &&
-                      (!kAngles || (misaligned(out.dop) == off && misaligned(out.aop) == off));
-  const auto part = [&](std::size_t x, std::size_t count) {
-    const StokesVector s = compute(x);
+  const std::size_t lanes = hn::Lanes(d), width = std::size_t(rows.width), bytes = lanes * sizeof(float);
+  const auto part = [](const OutRow& out, const Compute& at, std::size_t x, std::size_t count) HWY_ATTR {
+    const StokesVector s = at(x);
     StorePart(s.s0, count, out.s0 + x), StorePart(s.s1, count, out.s1 + x);
     StorePart(s.s2, count, out.s2 + x);
     if (kAngles) {
@@ -93,47 +92,54 @@ void Emit(const OutRow& out, Compute&& compute) {
       StorePart(HalfAngle(s.s1, s.s2), count, out.aop + x);
     }
   };
+  const auto misaligned = [&](const float* p) { return reinterpret_cast<std::uintptr_t>(p) % bytes; };
+  const std::size_t off = misaligned(rows.s0);
+  const bool stream = off % 8 == 0 && misaligned(rows.s1) == off && misaligned(rows.s2) == off &&
+                      (!kAngles || (misaligned(rows.dop) == off && misaligned(rows.aop) == off));
   std::size_t x = stream && off ? std::min((bytes - off) / sizeof(float), width) : 0;
-  if (x) part(0, x);
+  if (x) part(OutRow(rows), Compute(compute), 0, x);
   if (stream) {
+    const Compute at = compute;
     for (; x + lanes <= width; x += lanes) {
-      const StokesVector s = compute(x);
-      hn::Stream(s.s0, d, out.s0 + x), hn::Stream(s.s1, d, out.s1 + x), hn::Stream(s.s2, d, out.s2 + x);
+      const StokesVector s = at(x);
+      hn::Stream(s.s0, d, rows.s0 + x), hn::Stream(s.s1, d, rows.s1 + x), hn::Stream(s.s2, d, rows.s2 + x);
       if (kAngles) {
-        hn::Stream(Degree(s), d, out.dop + x);
-        hn::Stream(HalfAngle(s.s1, s.s2), d, out.aop + x);
+        hn::Stream(Degree(s), d, rows.dop + x);
+        hn::Stream(HalfAngle(s.s1, s.s2), d, rows.aop + x);
       }
     }
   } else {
-    for (; x + lanes <= width; x += lanes) part(x, lanes);
+    for (; x + lanes <= width; x += lanes) part(OutRow(rows), Compute(compute), x, lanes);
   }
-  if (x < width) part(x, width - x);
+  if (x < width) part(OutRow(rows), Compute(compute), x, width - x);
 }
 
 template <class Compute>
-void Emit(const OutRow& out, Compute&& compute) {
+void Emit(const OutRow& out, const Compute& compute) {
   if (out.dop) {
-    Emit<true>(out, compute);
+    EmitRow<true>(out, compute);
   } else {
-    Emit<false>(out, compute);
+    EmitRow<false>(out, compute);
   }
 }
 
 void BilinearRow(const float* above, const float* here, const float* below, const float* guide,
                  const StokesShares& shares, const OutRow& out) {
   const Floats d;
-  const Alternating own1(shares.s1[0]), row1(shares.s1[1]), column1(shares.s1[2]), corner1(shares.s1[3]);
-  const Alternating own2(shares.s2[0]), row2(shares.s2[1]), column2(shares.s2[2]), corner2(shares.s2[3]);
-  const V half = hn::Set(d, 0.5f);
-  Emit(out, [&](std::size_t x) HWY_ATTR {
-    const auto across = [&](std::size_t i) HWY_ATTR {
-      return hn::Mul(half, hn::Add(hn::LoadU(d, above + i), hn::LoadU(d, below + i)));
-    };
+  const Alternating own1(shares.s1[0]), row1(shares.s1[1], 0.5f), column1(shares.s1[2], 0.5f),
+      corner1(shares.s1[3], 0.25f);
+  const Alternating own2(shares.s2[0]), row2(shares.s2[1], 0.5f), column2(shares.s2[2], 0.5f),
+      corner2(shares.s2[3], 0.25f);
+  Emit(out, [=](std::size_t x) HWY_ATTR {
+    const auto across = [&](std::size_t i)
+                            HWY_ATTR { return hn::Add(hn::LoadU(d, above + i), hn::LoadU(d, below + i)); };
+    // Sums of 1, 2, 2 and 4 samples.
     const V own = hn::LoadU(d, here + x);
-    const V row = hn::Mul(half, hn::Add(hn::LoadU(d, here + x - 1), hn::LoadU(d, here + x + 1)));
-    const V column = across(x), corner = hn::Mul(half, hn::Add(across(x - 1), across(x + 1)));
+    const V row = hn::Add(hn::LoadU(d, here + x - 1), hn::LoadU(d, here + x + 1));
+    const V column = across(x), corner = hn::Add(across(x - 1), across(x + 1));
     StokesVector s;
-    s.s0 = hn::Mul(half, hn::Add(hn::Add(own, row), hn::Add(column, corner)));
+    s.s0 = hn::MulAdd(hn::Set(d, 0.125f), corner, hn::Mul(hn::Set(d, 0.5f), own));
+    s.s0 = hn::MulAdd(hn::Set(d, 0.25f), hn::Add(row, column), s.s0);
     if (guide) s.s0 = hn::MulAdd(hn::Set(d, 2.f), hn::LoadU(d, guide + x), s.s0);
     s.s1 = hn::MulAdd(own1.At(x), own, hn::Mul(row1.At(x), row));
     s.s1 = hn::MulAdd(column1.At(x), column, hn::MulAdd(corner1.At(x), corner, s.s1));
@@ -247,36 +253,53 @@ void GuideRows(const Band& band, int first, int last, float* const* scratch, flo
   }
 }
 
-// Two samples in three bytes: 12 bytes are 8 samples.
-template <bool kLsbFirst>
-void Unpack12(const std::uint8_t* row, const std::uint8_t* end, int width, const Light& light, float* out) {
-  int x = 0;
 #if HWY_TARGET != HWY_SCALAR
-  const hn::FixedTag<std::uint8_t, 16> bytes;
-  const hn::FixedTag<std::uint16_t, 8> words;
-  const hn::FixedTag<std::uint32_t, 4> wide;
-  const hn::FixedTag<float, 4> floats;
+// Two samples in three bytes: each 16 bytes of a vector get the next 12 of the row, which are 8 samples. As
+// many whole vectors as there are; returns how many samples those were.
+template <bool kLsbFirst, class Bytes>
+int Unpack12Vectors(Bytes bytes, const std::uint8_t* row, const std::uint8_t* end, int width,
+                    const Light& light, float* out) {
+  const hn::Repartition<std::uint16_t, Bytes> words;
+  const hn::Repartition<std::uint32_t, Bytes> quads;
+  const hn::Half<decltype(words)> half;
+  const hn::Rebind<std::int32_t, decltype(half)> ints;
+  const hn::Rebind<float, decltype(half)> floats;
+  const std::size_t size = hn::Lanes(bytes);
+  const int count = int(size / 2);  // samples
   // The two bytes that hold each sample; in 12Packed the first one of an even sample is the high one.
-  HWY_ALIGN static constexpr std::uint8_t kPlaces[2][16] = {
-      {1, 0, 1, 2, 4, 3, 4, 5, 7, 6, 7, 8, 10, 9, 10, 11},
-      {0, 1, 1, 2, 3, 4, 4, 5, 6, 7, 7, 8, 9, 10, 10, 11}};
-  const auto places = hn::Load(bytes, kPlaces[kLsbFirst ? 1 : 0]);
-  const auto black = hn::Set(floats, light.black), scale = hn::Set(floats, light.scale);
-  for (; x + 8 <= width && row + 16 <= end; x += 8, row += 12) {
-    const auto pairs = hn::BitCast(words, hn::TableLookupBytes(hn::LoadU(bytes, row), places));
+  HWY_ALIGN constexpr std::uint8_t kPlaces[2][16] = {{1, 0, 1, 2, 4, 3, 4, 5, 7, 6, 7, 8, 10, 9, 10, 11},
+                                                     {0, 1, 1, 2, 3, 4, 4, 5, 6, 7, 7, 8, 9, 10, 10, 11}};
+  HWY_ALIGN constexpr std::int32_t kSpread[16] = {0, 1, 2, 2, 3, 4, 5, 5, 6, 7, 8, 8, 9, 10, 11, 11};
+  const auto places = hn::LoadDup128(bytes, kPlaces[kLsbFirst ? 1 : 0]);
+  const auto spread = hn::SetTableIndices(quads, kSpread);
+  const auto scale = hn::Set(floats, light.scale), zero = hn::Set(floats, -light.black * light.scale);
+  int x = 0;
+  for (; x + count <= width && row + size <= end; x += count, row += size / 4 * 3) {
+    const auto apart = hn::TableLookupLanes(hn::BitCast(quads, hn::LoadU(bytes, row)), spread);
+    const auto pairs = hn::BitCast(words, hn::TableLookupBytes(hn::BitCast(bytes, apart), places));
     const auto odd = hn::ShiftRight<4>(pairs);
     const auto even = kLsbFirst
                           ? hn::And(pairs, hn::Set(words, 0xFFF))
                           : hn::Or(hn::And(odd, hn::Set(words, 0xFF0)), hn::And(pairs, hn::Set(words, 15)));
     const auto samples = hn::OddEven(odd, even);
-    const auto low = hn::PromoteTo(wide, hn::LowerHalf(samples));
-    const auto high = hn::PromoteTo(wide, hn::UpperHalf(hn::Half<decltype(words)>(), samples));
-    const hn::RebindToSigned<decltype(wide)> ints;
-    hn::StoreU(hn::Mul(hn::Sub(hn::ConvertTo(floats, hn::BitCast(ints, low)), black), scale), floats,
-               out + x);
-    hn::StoreU(hn::Mul(hn::Sub(hn::ConvertTo(floats, hn::BitCast(ints, high)), black), scale), floats,
-               out + x + 4);
+    const auto light_of = [&](auto part) HWY_ATTR {
+      return hn::MulAdd(hn::ConvertTo(floats, hn::PromoteTo(ints, part)), scale, zero);
+    };
+    hn::StoreU(light_of(hn::LowerHalf(half, samples)), floats, out + x);
+    hn::StoreU(light_of(hn::UpperHalf(half, samples)), floats, out + x + count / 2);
   }
+  return x;
+}
+#endif
+
+template <bool kLsbFirst>
+void Unpack12(const std::uint8_t* row, const std::uint8_t* end, int width, const Light& light, float* out) {
+  int x = 0;
+#if HWY_TARGET != HWY_SCALAR
+  x = Unpack12Vectors<kLsbFirst>(hn::CappedTag<std::uint8_t, 64>(), row, end, width, light, out);
+  x += Unpack12Vectors<kLsbFirst>(hn::FixedTag<std::uint8_t, 16>(), row + x / 2 * 3, end, width - x, light,
+                                  out + x);
+  row += x / 2 * 3;
 #endif
   (void)end;
   for (; x < width; x += 2, row += 3) {

@@ -16,8 +16,8 @@ struct Light {
   float black = 0, scale = 1;  // light = (count - black) scale
 };
 
-// One row of samples that begins at a whole byte. Reads up to 16 bytes beyond `last`, never at or beyond
-// `end`.
+// One row of samples that begins at a whole byte. Reads up to 64 bytes beyond its
+// last sample, never at or beyond `end`.
 void UnpackRow(Packing packing, int bits, const std::uint8_t* row, const std::uint8_t* end, int width,
                const Light& light, float* out);
 

@@ -32,6 +32,9 @@ struct DemosaicMethod {
 
   int Reach(const Layout& layout) const { return layout.bayer.empty() ? reach_mono : reach_colour; }
   double NoiseGain(const Layout& layout) const { return layout.bayer.empty() ? noise_mono : noise_colour; }
+  double S0NoiseGain(const Layout& layout) const {
+    return layout.bayer.empty() ? s0_noise_mono : s0_noise_colour;
+  }
 };
 
 std::span<const DemosaicMethod> DemosaicMethods();

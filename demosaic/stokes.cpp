@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "core/error.h"
@@ -76,17 +77,37 @@ float AngleOfPolarizationNoise(float degree, float sigma) {
   return (1 - share) * table[below] + share * table[below + 1];
 }
 
+void AverageNoise(StokesImage& image, double pixels) {
+  const double polarization = 1 + (pixels - 1) * image.independence;
+  const double intensity = 1 + (pixels - 1) * image.independence * image.s0_noise * image.s0_noise;
+  for (float& noise : image.noise.pixels()) noise /= float(std::sqrt(polarization));
+  image.independence *= pixels / polarization;
+  image.s0_noise *= std::sqrt(polarization / intensity);
+}
+
 void WriteStokes(const std::filesystem::path& path, const StokesImage& image) {
-  WriteFloatTiff(path, {&image.s0, &image.s1, &image.s2, &image.noise});
+  const bool plain = image.s0_noise == 1 && image.independence == 1;
+  const nlohmann::json noise = {{"s0_noise", image.s0_noise}, {"independence", image.independence}};
+  WriteFloatTiff(path, {&image.s0, &image.s1, &image.s2, &image.noise}, plain ? "" : noise.dump());
 }
 
 StokesImage ReadStokes(const std::filesystem::path& path) {
-  std::vector<Image<float>> pages = ReadFloatTiff(path);
+  std::string description;
+  std::vector<Image<float>> pages = ReadFloatTiff(path, &description);
   if (pages.size() != 4)
     throw Error(
         "a Stokes view has four pages (S0, S1, S2, noise), this file has " + std::to_string(pages.size()),
         path.string());
-  return {std::move(pages[0]), std::move(pages[1]), std::move(pages[2]), std::move(pages[3])};
+  StokesImage image{std::move(pages[0]), std::move(pages[1]), std::move(pages[2]), std::move(pages[3])};
+  const nlohmann::json noise = nlohmann::json::parse(description, nullptr, false);
+  if (!noise.is_object()) return image;  // somebody else's words
+  for (auto [key, value] : {std::pair{"s0_noise", &image.s0_noise}, {"independence", &image.independence}}) {
+    if (!noise.contains(key) || !noise[key].is_number()) continue;
+    *value = noise[key].get<double>();
+    if (!(*value > 0 && *value < 100))
+      throw Error("the TIFF file's description of its noise is damaged", path.string());
+  }
+  return image;
 }
 
 }  // namespace polarscan

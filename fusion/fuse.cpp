@@ -39,6 +39,31 @@ std::string Explain(const FusionCounts& c, int min_views) {
       c.asked.no_depth, c.asked.depth, c.asked.reprojection, c.asked.normal, c.asked.agreed);
 }
 
+// What to do when nothing became a point: against what removed most.
+std::string Advise(const FusionCounts& c, int min_views) {
+  const ConsistencyCounts& asked = c.asked;
+  if (c.with_depth == 0)
+    return "No map holds any depth: run polarscan stereo again, with --no-filter to keep every pixel";
+  if (2 * c.masked > c.with_depth)
+    return "Most lies outside of the masks: check them, or leave them aside with --no-masks";
+  if (2 * c.without_normal > c.with_depth) return "Most has no normal: run polarscan stereo again";
+  if (2 * c.contradicted > c.with_depth)
+    return "Other views see through most of the points: check the poses, or keep them with "
+           "--fusion-contradictions 0";
+  if (asked.agreed > c.too_few_views)
+    return fmt::format("Views agree, but not {} of them: lower --fusion-min-views", min_views);
+  if (asked.outside + asked.no_depth > asked.depth + asked.reprojection + asked.normal)
+    return "The views hardly show the same surface: check the poses (polarscan report), take pictures closer "
+           "together, or "
+           "lower --fusion-min-views";
+  // Depth is asked first, then reprojection, then normals; hidden places fail the first in good scans, too.
+  if (asked.normal + asked.agreed > c.too_few_views) return "Normals differ: raise --fusion-normal";
+  return asked.reprojection + asked.normal + asked.agreed > c.too_few_views
+             ? "Points are seen beside each other: check the poses (polarscan report), or raise "
+               "--fusion-reprojection"
+             : "Depths differ: check the poses (polarscan report), or raise --fusion-depth";
+}
+
 // One run: the state that lasts from view to view.
 class Fusion {
  public:
@@ -126,8 +151,7 @@ class Fusion {
 
   [[noreturn]] void ThrowNothing() const {
     throw Error("nothing to fuse: " + Explain(summary_.counts, MinViews()), workspace_.folder.string(),
-                "Check the poses and the depth maps (polarscan report), or loosen --fusion-min-views, "
-                "--fusion-reprojection, --fusion-depth or --fusion-normal");
+                Advise(summary_.counts, MinViews()));
   }
 
   const Workspace& workspace_;

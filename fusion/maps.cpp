@@ -2,6 +2,7 @@
 #include "fusion/maps.h"
 
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include <algorithm>
 #include <cmath>
@@ -137,6 +138,7 @@ std::vector<MapCache::Entry> MapCache::Get(const std::vector<int>& views) {
   for (std::size_t i = 0; i < views.size(); ++i)
     if (entries[i].maps) Keep(views[i], entries[i].maps);
   ShrinkTo(limit_bytes_);
+  malloc_trim(0);  // else gaps between maps that are kept hold half as much again
   return entries;
 }
 

@@ -13,7 +13,8 @@ namespace polarscan::python {
 namespace {
 
 py::tuple ToTuple(const StokesImage& stokes) {
-  return py::make_tuple(ToArray(stokes.s0), ToArray(stokes.s1), ToArray(stokes.s2), ToArray(stokes.noise));
+  return py::make_tuple(ToArray(stokes.s0), ToArray(stokes.s1), ToArray(stokes.s2), ToArray(stokes.noise),
+                        stokes.s0_noise, stokes.independence);
 }
 
 struct SensorArguments {
@@ -66,15 +67,16 @@ void BindDemosaic(py::module_& module) {
   module.def("aop", py::vectorize(AngleOfPolarization), py::arg("s1"), py::arg("s2"));
   module.def("dop", py::vectorize(DegreeOfPolarization), py::arg("s0"), py::arg("s1"), py::arg("s2"));
   module.def("read_stokes", [](const std::filesystem::path& path) { return ToTuple(ReadStokes(path)); });
-  module.def("write_stokes", [](const std::filesystem::path& path, const Array<float>& s0,
-                                const Array<float>& s1, const Array<float>& s2, const Array<float>& noise) {
-    const StokesImage stokes{ToImage(s0, "s0"), ToImage(s1, "s1"), ToImage(s2, "s2"),
-                             ToImage(noise, "noise")};
-    if (!SameSize(stokes.s0, stokes.s1) || !SameSize(stokes.s0, stokes.s2) ||
-        !SameSize(stokes.s0, stokes.noise))
-      throw Error("S0, S1, S2 and noise must be of one size", path.string());
-    WriteStokes(path, stokes);
-  });
+  module.def("write_stokes",
+             [](const std::filesystem::path& path, const Array<float>& s0, const Array<float>& s1,
+                const Array<float>& s2, const Array<float>& noise, double s0_noise, double independence) {
+               const StokesImage stokes{ToImage(s0, "s0"),       ToImage(s1, "s1"), ToImage(s2, "s2"),
+                                        ToImage(noise, "noise"), s0_noise,          independence};
+               if (!SameSize(stokes.s0, stokes.s1) || !SameSize(stokes.s0, stokes.s2) ||
+                   !SameSize(stokes.s0, stokes.noise))
+                 throw Error("S0, S1, S2 and noise must be of one size", path.string());
+               WriteStokes(path, stokes);
+             });
 }
 
 }  // namespace polarscan::python

@@ -33,21 +33,25 @@ DenseView MakeView(std::size_t number, const Image<float>& s0, const Eigen::Matr
   return view;
 }
 
-// views: (s0, s1, s2, noise, mask or None, K, cam_from_world as 3x4, (nearest, farthest)).
+// views: (s0, s1, s2, noise, s0_noise, independence, mask or None, K, cam_from_world as 3x4, (nearest,
+// farthest)).
 void WriteArrays(const std::filesystem::path& folder, const py::list& views, bool polarized) {
   Workspace workspace{folder, {}, polarized};
   for (const py::handle& item : views) {
     const auto tuple = item.cast<py::tuple>();
-    const StokesImage stokes{
-        ToImage(tuple[0].cast<Array<float>>(), "s0"), ToImage(tuple[1].cast<Array<float>>(), "s1"),
-        ToImage(tuple[2].cast<Array<float>>(), "s2"), ToImage(tuple[3].cast<Array<float>>(), "noise")};
+    const StokesImage stokes{ToImage(tuple[0].cast<Array<float>>(), "s0"),
+                             ToImage(tuple[1].cast<Array<float>>(), "s1"),
+                             ToImage(tuple[2].cast<Array<float>>(), "s2"),
+                             ToImage(tuple[3].cast<Array<float>>(), "noise"),
+                             tuple[4].cast<double>(),
+                             tuple[5].cast<double>()};
     const int number = int(workspace.views.size());
-    workspace.views.push_back(MakeView(std::size_t(number), stokes.s0, tuple[5].cast<Eigen::Matrix3d>(),
-                                       tuple[6].cast<Matrix34>(),
-                                       tuple[7].cast<std::pair<double, double>>()));
+    workspace.views.push_back(MakeView(std::size_t(number), stokes.s0, tuple[7].cast<Eigen::Matrix3d>(),
+                                       tuple[8].cast<Matrix34>(),
+                                       tuple[9].cast<std::pair<double, double>>()));
     WriteStokes(workspace.StokesPath(number), stokes);
-    if (!tuple[4].is_none())
-      WritePng(workspace.MaskPath(number), ToImage(tuple[4].cast<Array<std::uint8_t>>(), "mask"));
+    if (!tuple[6].is_none())
+      WritePng(workspace.MaskPath(number), ToImage(tuple[6].cast<Array<std::uint8_t>>(), "mask"));
   }
   const auto sources = ChooseSources(workspace.views, {});
   for (std::size_t i = 0; i < sources.size(); ++i) workspace.views[i].sources = sources[i];

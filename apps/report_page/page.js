@@ -16,7 +16,7 @@ function fillTiles() {
   else tile("Views", count(views.total ?? data.views.length));
   if (scan.mesh?.faces) tile("Mesh faces", ...short(scan.mesh.faces));
   const polarized = data.dop_full > 0 || views.polarized === true;
-  tile("Polarization", polarized ? "Yes" : "No", data.dop_full ? "DoP to about " + plain(data.dop_full) : "");
+  tile("Polarization", polarized ? "Yes" : "No", data.dop_full ? "DoP to " + plain(data.dop_full) : "");
   const depths = data.views.filter((view) => view.depth);
   if (depths.length)
     tile("Pixels with depth", plain((100 * depths.reduce((sum, view) => sum + view.depth.share, 0)) / depths.length), "%");

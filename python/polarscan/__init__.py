@@ -21,11 +21,14 @@ __all__ = ["Error", "Maps", "Session", "Stokes", "View", "aop", "demosaic", "dem
 
 
 class Stokes(NamedTuple):
-    """Linear polarization: float32 arrays. noise: standard deviation of one sample; infinite where invalid."""
+    """Linear polarization: float32 arrays. noise: standard deviation of one sample; infinite where invalid.
+    s0_noise: S0's noise over it; independence of neighbouring pixels, 1 if they share no samples."""
     s0: np.ndarray
     s1: np.ndarray
     s2: np.ndarray
     noise: np.ndarray
+    s0_noise: float = 1.0
+    independence: float = 1.0
 
     @property
     def aop(self):

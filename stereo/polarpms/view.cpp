@@ -59,7 +59,7 @@ Image<float> MakeEvidence(const StokesImage& stokes, const Image<PolarSample>& p
   Image<float> evidence(width, height);
   ParallelFor(0, height, [&](int y) {
     for (int x = 0; x < width; ++x) {
-      const float noise = stokes.noise(x, y);
+      const float noise = float(stokes.s0_noise) * stokes.noise(x, y);
       if (!std::isfinite(noise)) continue;
       float sum = 0, squares = 0, count = 0;
       for (int v = std::max(0, y - kReach); v <= std::min(height - 1, y + kReach); ++v)
@@ -95,11 +95,10 @@ Image<float> Half(const Image<float>& image) {
   return half;
 }
 
-// The mean of four samples has half their noise if they are independent; demosaiced neighbours share samples
-// and get 0.7.
 StokesImage Half(const StokesImage& image) {
-  StokesImage half{Half(image.s0), Half(image.s1), Half(image.s2), Half(image.noise)};
-  for (float& noise : half.noise.pixels()) noise *= std::numbers::sqrt2_v<float> / 2;
+  StokesImage half{Half(image.s0),    Half(image.s1), Half(image.s2),
+                   Half(image.noise), image.s0_noise, image.independence};
+  AverageNoise(half, 4);
   return half;
 }
 

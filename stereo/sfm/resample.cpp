@@ -87,11 +87,11 @@ StokesImage Resample(const StokesImage& image, const Resampling& way) {
     for (Image<float>* plane : {&clean.s0, &clean.s1, &clean.s2, &clean.noise}) plane->pixels()[i] = 0;
   }
   const Resampler resample(way);
-  StokesImage result{resample(clean.s0), resample(clean.s1), resample(clean.s2), resample(clean.noise)};
+  StokesImage result{resample(clean.s0),    resample(clean.s1), resample(clean.s2),
+                     resample(clean.noise), image.s0_noise,     image.independence};
   const Image<float> weight = resample(valid);
-  const double pixels = double(image.s0.size()) / double(result.s0.size());  // averaged into one
+  AverageNoise(result, double(image.s0.size()) / double(result.s0.size()));
   for (std::size_t i = 0; i < weight.size(); ++i) {
-    result.noise.pixels()[i] /= float(std::sqrt(pixels));
     if (weight.pixels()[i] >= kWhole) continue;
     for (Image<float>* plane : {&result.s0, &result.s1, &result.s2}) plane->pixels()[i] = 0;
     result.noise.pixels()[i] = std::numeric_limits<float>::infinity();

@@ -24,9 +24,7 @@ struct Resampling {
 Resampling MakeResampling(const Lens& lens, int max_size);
 
 // Stokes components are resampled one by one; angles never are. The lens does not turn the frame of the
-// angles (camera_models.h). noise: interpolated (an upper bound); averaging n pixels divides it by sqrt(n),
-// which holds for independent neighbours; demosaiced ones are partly dependent, so there it is a little
-// optimistic.
+// angles (camera_models.h). noise: interpolated (an upper bound), then AverageNoise.
 StokesImage Resample(const StokesImage& image, const Resampling& resampling);
 Picture Resample(const Picture& picture, const Resampling& resampling);
 Image<std::uint8_t> Resample(const Image<std::uint8_t>& mask, const Resampling& resampling);

@@ -322,18 +322,43 @@ TEST_F(RealFrame, APartOfThePondReadsTheSameWithEveryMethod) {
 }
 
 // Round filters that stand on a window sill, labelled by hand with 90 degrees minus their AoP; places read
-// off the picture.
+// off the picture. Each reads the same angle in all of its parts, up to 7 degrees off its label.
 TEST_F(RealFrame, LabelledFiltersReadTheirAnglesWithEveryMethod) {
   constexpr int kFilters[4][4] = {
       {377, 1090, 90, 83}, {1000, 1097, 45, 44}, {1553, 1097, 0, 175}, {2107, 1107, 135, 135}};
-  for (const DemosaicMethod& method : DemosaicMethods()) {
-    for (const auto& [x, y, label_deg, angle_deg] : kFilters) {
-      const Part part{x / 2 * 2 - 100, y / 2 * 2 - 100, 200, 200};
-      const double read =
-          MeanAopAndDop(Demosaic("mono_imx250mzr_polarizer.png", "90 45 / 135 0", method, part))[0];
-      EXPECT_LT(std::abs(std::remainder(read - label_deg, 180)), 8) << method.name;  // as placed by hand
-      EXPECT_LT(std::abs(std::remainder(read - angle_deg, 180)), 2) << method.name;  // as they stand
+  for (const DemosaicMethod& method : DemosaicMethods())
+    for (const auto& [x, y, label_deg, angle_deg] : kFilters)
+      for (int place = 0; place < 9; ++place) {
+        const Part part{x / 2 * 2 - 90 + place % 3 * 60, y / 2 * 2 - 90 + place / 3 * 60, 60, 60};
+        const double read =
+            MeanAopAndDop(Demosaic("mono_imx250mzr_polarizer.png", "90 45 / 135 0", method, part))[0];
+        EXPECT_LT(std::abs(std::remainder(read - label_deg, 180)), 8) << method.name;    // as placed by hand
+        EXPECT_LT(std::abs(std::remainder(read - angle_deg, 180)), 1.5) << method.name;  // as they stand
+      }
+}
+
+// The table mirrors at the limb of an apple: AoP = 90 degrees + azimuth of the limb's normal, anticlockwise.
+// Places 30 px inside of it, where it is lit, and its azimuth there, read off the picture.
+TEST_F(RealFrame, LightMirroredAtAnApplesLimbIsPolarizedAlongIt) {
+  constexpr int kPlaces[5][3] = {
+      {222, 728, 193}, {248, 815, 200}, {286, 896, 209}, {333, 972, 220}, {1227, 820, -25}};
+  for (const DemosaicMethod& method : DemosaicMethods())
+    for (const auto& [x, y, azimuth_deg] : kPlaces) {
+      const Part part{x / 2 * 2 - 12, y / 2 * 2 - 12, 24, 24};
+      const auto [aop, dop] =
+          MeanAopAndDop(Demosaic("mono_imx250mzr_fruits.png", "90 45 / 135 0", method, part));
+      EXPECT_LT(std::abs(std::remainder(aop - 90 - azimuth_deg, 180)), 9)
+          << method.name << " " << azimuth_deg;
+      EXPECT_GT(dop, 0.15) << method.name << " " << azimuth_deg;
     }
+}
+
+TEST_F(RealFrame, TheTableTopBeforeTheStripsIsPolarizedHorizontally) {
+  for (const DemosaicMethod& method : DemosaicMethods()) {
+    const auto [aop, dop] =
+        MeanAopAndDop(Demosaic("mono_pfa_polarizer-fan.tif", "90 135 / 45 0", method, {1000, 1070, 700, 60}));
+    EXPECT_LT(std::abs(std::remainder(aop, 180)), 2) << method.name;
+    EXPECT_NEAR(dop, 0.25, 0.04) << method.name;
   }
 }
 

@@ -97,6 +97,15 @@ TEST(Stokes, AFileKeepsEveryBit) {
   };
   EXPECT_TRUE(equal(image.s0, read.s0) && equal(image.s1, read.s1) && equal(image.s2, read.s2) &&
               equal(image.noise, read.noise));
+  EXPECT_EQ(read.s0_noise, 1);
+  image.s0_noise = 7.0 / 3, image.independence = 0.1;
+  WriteStokes(path, image);
+  EXPECT_EQ(ReadStokes(path).s0_noise, 7.0 / 3);
+  EXPECT_EQ(ReadStokes(path).independence, 0.1);
+  WriteFloatTiff(path, {&image.s0, &image.s1, &image.s2, &image.noise}, R"({"s0_noise": -1})");
+  EXPECT_THROW(ReadStokes(path), Error);
+  WriteFloatTiff(path, {&image.s0, &image.s1, &image.s2, &image.noise}, "a lake");
+  EXPECT_EQ(ReadStokes(path).independence, 1);
   WriteFloatTiff(path, {&image.s0, &image.s1});
   EXPECT_THROW(ReadStokes(path), Error);
   fs::remove(path);

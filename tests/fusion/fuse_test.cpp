@@ -245,6 +245,22 @@ TEST(Fusion, NothingConsistentIsExplainedWithCounts) {
   EXPECT_FALSE(fs::exists(folder.path() / "cloud.ply"));
 }
 
+TEST(Fusion, WhatToChangeFollowsFromWhatRemovedMost) {
+  TemporaryFolder folder;
+  const Workspace workspace = SphereWorkspace(folder.path(), 6);
+  WriteSphere(workspace, [](int view, SphereMaps& maps) {  // turned to and fro about the line of sight
+    const Eigen::AngleAxisf turn(view % 2 ? 1.2f : -1.2f, Eigen::Vector3f::UnitX());
+    for (Eigen::Vector3f& normal : maps.normal.pixels()) normal = turn * normal;
+  });
+  FusionOptions options;
+  options.normal_deg = 1, options.min_views = 6;
+  EXPECT_NE(WhatFusionThrows(workspace, options).find("raise --fusion-normal"), std::string::npos)
+      << WhatFusionThrows(workspace, options);
+  options.normal_deg = 180, options.relative_depth = 1e-6;
+  EXPECT_NE(WhatFusionThrows(workspace, options).find("raise --fusion-depth"), std::string::npos)
+      << WhatFusionThrows(workspace, options);
+}
+
 TEST(Fusion, ADamagedViewIsNamedAndLeftOutAsIfItWereNotThere) {
   TemporaryFolder folder;
   const Workspace workspace = SphereWorkspace(folder.path(), 6);

@@ -3,6 +3,8 @@
 
 #include <limits>
 
+#include "core/random.h"
+#include "demosaic/polar_view.h"
 #include "helpers.h"
 #include "stereo/sfm/undistort.h"
 
@@ -89,6 +91,44 @@ TEST(Resample, HalfSizeAveragesFourPixelsAndHalvesTheNoise) {
   EXPECT_FLOAT_EQ(half.noise(10, 20), 0.01f);
   EXPECT_EQ(half.noise(3, 4), kInfinity);
   EXPECT_TRUE(std::isfinite(half.noise(4, 4)));
+}
+
+// The mosaic of even light with independent noise, demosaiced, at several sizes: what the view says of its
+// noise against what it has.
+void ExpectRightNoiseAtEverySize(const DemosaicMethod& method, const std::string& layout) {
+  const int size = 400;
+  Sensor sensor;
+  sensor.layout = ParseLayout(layout);
+  sensor.bits = 32, sensor.white_dn = 1, sensor.clips = false;
+  sensor.dn_per_e = 1e-9, sensor.read_noise_e = 5e6;
+  const std::array<float, 4> light = {0.55f, 0.45f, 0.35f, 0.45f};  // at 0, 45, 90, 135 degrees
+  Image<float> mosaic(size, size);
+  Random random(5);
+  for (int y = 0; y < size; ++y)
+    for (int x = 0; x < size; ++x)
+      mosaic(x, y) = light[std::size_t(sensor.layout.AngleAt(x, y) / 45)] + 0.005f * float(random.Normal());
+  const StokesImage full = ViewFromMosaic(mosaic, sensor, method).stokes;
+  const ColmapCamera camera{1, "PINHOLE", size, size, {400, 400, 200, 200}};
+  for (const int smaller : {400, 267, 200, 100}) {
+    const StokesImage image = Resample(full, MakeResampling(ToLens(camera), smaller));
+    double intensity = 0, polarization = 0, count = 0;
+    for (int y = smaller / 10; y < smaller * 9 / 10; ++y)
+      for (int x = smaller / 10; x < smaller * 9 / 10; ++x, ++count) {
+        intensity += std::pow(image.s0(x, y) - 0.9, 2);
+        polarization += (std::pow(image.s1(x, y) - 0.2, 2) + std::pow(image.s2(x, y), 2)) / 4;
+      }
+    const double noise = image.noise(smaller / 2, smaller / 2),
+                 most = method.name == "superpixel" ? 0.3 : 0.22;
+    EXPECT_NEAR(noise / std::sqrt(polarization / count), 1, most) << method.name << layout << smaller;
+    EXPECT_NEAR(image.s0_noise * noise / std::sqrt(intensity / count), 1, most)
+        << method.name << layout << smaller;
+  }
+}
+
+TEST(Resample, DemosaicedViewsKnowTheirNoiseAtEverySize) {
+  for (const DemosaicMethod& method : DemosaicMethods())
+    for (const char* layout : {"90 45 / 135 0", "90 45 / 135 0 rggb"})
+      ExpectRightNoiseAtEverySize(method, layout);
 }
 
 TEST(Resample, MasksStayBinary) {
