@@ -4,11 +4,13 @@
 #include <pybind11/stl/filesystem.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <chrono>
 #include <future>
 #include <optional>
 
 #include "core/image_io.h"
+#include "demosaic/false_colour.h"
 #include "fusion/surface_maps.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
@@ -33,6 +35,10 @@ DenseView MakeView(std::size_t number, const Image<float>& s0, const Eigen::Matr
   return view;
 }
 
+float MaxOf(const Image<float>& image) {
+  return image.size() ? *std::max_element(image.pixels().begin(), image.pixels().end()) : 0;
+}
+
 // views: (s0, s1, s2, noise, s0_noise, independence, mask or None, K, cam_from_world as 3x4, (nearest,
 // farthest)).
 void WriteArrays(const std::filesystem::path& folder, const py::list& views, bool polarized) {
@@ -50,6 +56,7 @@ void WriteArrays(const std::filesystem::path& folder, const py::list& views, boo
                                        tuple[8].cast<Matrix34>(),
                                        tuple[9].cast<std::pair<double, double>>()));
     WriteStokes(workspace.StokesPath(number), stokes);
+    WritePng(workspace.PicturePath(number), S0Picture(stokes, std::max(1e-30f, MaxOf(stokes.s0))));
     if (!tuple[6].is_none())
       WritePng(workspace.MaskPath(number), ToImage(tuple[6].cast<Array<std::uint8_t>>(), "mask"));
   }
