@@ -36,10 +36,10 @@ struct Drawn {
   std::vector<bool> far;
 };
 
-std::vector<CloudPoint> FusedCloud(const Workspace& workspace, const fs::path& folder,
-                                   const StereoOptions& options, Progress& progress) {
+std::vector<CloudPoint> FusedCloud(const Workspace& workspace, const std::string& kind,
+                                   const fs::path& folder, const StereoOptions& options, Progress& progress) {
   FusionOptions fusion;
-  fusion.maps = kSeparateMaps;
+  fusion.maps = kind;
   fusion.masks = options.masks;
   const fs::path file = folder / "cloud.ply";
   FuseCloud(workspace, file, fusion, progress);
@@ -53,9 +53,9 @@ std::vector<CloudPoint> FusedCloud(const Workspace& workspace, const fs::path& f
 }
 
 // Throws Error if the maps make no surface as fine as they are.
-Drawn CommonSurface(const Workspace& workspace, const fs::path& folder, const StereoOptions& options,
-                    Progress& progress) {
-  const std::vector<CloudPoint> cloud = FusedCloud(workspace, folder, options, progress);
+Drawn CommonSurface(const Workspace& workspace, const std::string& kind, const fs::path& folder,
+                    const StereoOptions& options, Progress& progress) {
+  const std::vector<CloudPoint> cloud = FusedCloud(workspace, kind, folder, options, progress);
   if (cloud.size() < kLeastCloud)
     throw Error(fmt::format("{} points that views agree on are too few for a surface", cloud.size()), folder);
   MeshOptions meshing;
@@ -78,7 +78,7 @@ Eigen::Vector3f Facing(const Eigen::Vector3f& normal, const Eigen::Vector3f& ray
 }
 
 // The view's map with the surface in it.
-DepthNormalMap Draw(const Drawn& surface, const DenseView& view, bool masked, const DepthNormalMap& own) {
+DepthNormalMap Drawing(const Drawn& surface, const DenseView& view, bool masked, const DepthNormalMap& own) {
   DepthNormalMap map = own;
   const Eigen::Matrix3d& rotation = view.cam_from_world.rotation;
   const Eigen::Vector3d centre = view.cam_from_world.Center();
@@ -116,16 +116,15 @@ class SurfaceStep {
             [](const DepthNormalMap& m) { return BytesOf(m); }) {}
 
   void Run() {
-    const std::optional<Drawn> surface = Surface();
-    progress_.Begin(surface ? "maps from the surface" : "maps", workspace_.views.size());
-    for (int view = 0; view < int(workspace_.views.size()); ++view) {
-      progress_.Check();
-      if (!done_.IsDone(view, kFinalMaps)) {
-        WriteMaps(workspace_, view, kFinalMaps, FinalMap(surface, view));
-        done_.Add(view, kFinalMaps);
-      }
-      progress_.Advance();
+    std::string before = kSeparateMaps;
+    for (int turn = 1; turn < options_.surfaces; ++turn) {
+      const std::string after = fmt::format("step-surface{}", turn);
+      Draw(before, after);
+      if (before != kSeparateMaps) done_.Remove(before);
+      before = after;
     }
+    Draw(before, kFinalMaps);
+    done_.Remove(before);
     done_.Remove(kSeparateMaps);
     done_.KeepOnly(kFinalMaps);
   }
@@ -133,24 +132,35 @@ class SurfaceStep {
  private:
   std::size_t CacheBytes() const { return std::size_t(options_.cache_gb * 1e9) / 2; }
 
-  std::optional<Drawn> Surface() {
+  // Makes the maps of one kind of another's.
+  void Draw(const std::string& before, const std::string& after) {
+    if (done_.IsDone(after)) return;
+    const std::optional<Drawn> surface = Surface(before);
+    progress_.Begin("maps from the surface", workspace_.views.size());
+    for (int view = 0; view < int(workspace_.views.size()); ++view) {
+      progress_.Check();
+      if (!done_.IsDone(view, after)) {
+        DepthNormalMap map = ReadMaps(workspace_, view, before);
+        if (surface) map = Drawing(*surface, workspace_.views[std::size_t(view)], IsMasked(view), map);
+        if (options_.filter && after == kFinalMaps) Filter(view, map);
+        WriteMaps(workspace_, view, after, map);
+        done_.Add(view, after);
+      }
+      progress_.Advance();
+    }
+  }
+
+  bool IsMasked(int view) const { return options_.masks && fs::exists(workspace_.MaskPath(view)); }
+
+  std::optional<Drawn> Surface(const std::string& kind) {
     const fs::path folder = workspace_.folder / "stereo/surface";
     CreateFolder(folder);
     try {
-      return CommonSurface(workspace_, folder, options_, progress_);
+      return CommonSurface(workspace_, kind, folder, options_, progress_);
     } catch (const Error& error) {
       progress_.Warn(fmt::format("the views' maps stay separate, which is less accurate: {}", error.what()));
       return {};
     }
-  }
-
-  DepthNormalMap FinalMap(const std::optional<Drawn>& surface, int view) {
-    const DenseView& dense = workspace_.views[std::size_t(view)];
-    DepthNormalMap map = *maps_.Get(view);
-    const bool masked = options_.masks && fs::exists(workspace_.MaskPath(view));
-    if (surface) map = Draw(*surface, dense, masked, map);
-    if (options_.filter) Filter(view, map);
-    return map;
   }
 
   // By the support that the other views' separate maps give this depth.
@@ -179,7 +189,7 @@ void EstimateMaps(const fs::path& dense, const StereoOptions& options, Progress&
   const std::uint64_t inputs = StereoInputHash(workspace, options);
   if (DoneList(workspace, inputs, shard).IsDone(kFinalMaps)) return;
   EstimateDepths(dense, options, progress, shard);
-  if (!options.surface || options.schedule != "checkerboard" || shard.count > 1) return;
+  if (options.surfaces == 0 || options.schedule != "checkerboard" || shard.count > 1) return;
   DoneList done(workspace, inputs);
   SurfaceStep(workspace, options, done, progress).Run();
 }

@@ -7,16 +7,16 @@
 
 namespace polarscan {
 
-// EstimateDepths (stereo/polarpms/stereo.h) and, if options.surface asks for it, its last step: the separate
+// EstimateDepths (stereo/polarpms/stereo.h) and its last step, done options.surfaces times: the separate
 // maps of all views are fused into a cloud, the cloud becomes one surface that the AoP of all views and the
 // masks' outlines refine (fusion/meshing.h), and each view's map takes its depths and normals from that
-// surface (Embree), interpolated between vertices. So each pixel knows what all pixels of all views know. A
-// pixel keeps its own estimate where the surface has a hole; also, in views without masks, where it is a
-// membrane that no points bear out and the two depths differ. options.filter: pixels go whose depth the
-// separate maps of too few views support (stereo/rounds/vote.h). Maps stay as they were, with a warning,
-// where all views together make no surface (too few points, no COLMAP). Goes on where it was stopped; same
-// bytes for any number of threads. A shard of several leaves the last step to the program that comes after
-// all of them. COLMAP's log stays in dense/stereo/surface.
+// surface (Embree), interpolated between vertices. So each pixel knows what all pixels of all views know; the
+// next surface begins with those maps. A pixel keeps its own estimate where the surface has a hole; also, in
+// views without masks, where it is a membrane that no points bear out and the two depths differ.
+// options.filter: pixels go whose depth the separate maps of too few views support (stereo/rounds/vote.h).
+// Maps stay as they were, with a warning, where all views together make no surface (too few points, no
+// COLMAP). Goes on where it was stopped; same bytes for any number of threads. A shard of several leaves the
+// last step to the program that comes after all of them. COLMAP's log stays in dense/stereo/surface.
 void EstimateMaps(const std::filesystem::path& dense, const StereoOptions& options, Progress& progress,
                   const Shard& shard = {});
 

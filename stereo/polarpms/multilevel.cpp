@@ -64,7 +64,7 @@ std::vector<Step> PlanSteps(const StereoOptions& options, const Levels& levels) 
     if (search && options.rounds > 0) add(Work::kRound, "round after the search", 0.5f);
     refine();
   }
-  steps.back().kind = options.surface ? kSeparateMaps : kFinalMaps;
+  steps.back().kind = options.surfaces > 0 ? kSeparateMaps : kFinalMaps;
   return steps;
 }
 
@@ -89,7 +89,7 @@ class MultilevelStage {
       if (i > 0) done_.Remove(steps_[i].before);
     }
     done_.Remove("photometric");  // of another schedule
-    if (!options_.surface) done_.Remove(kSeparateMaps);
+    if (options_.surfaces == 0) done_.Remove(kSeparateMaps);
     if (shard_.count == 1) {
       RemoveStepsLeft();
       done_.KeepOnly(steps_.back().kind);

@@ -11,11 +11,13 @@ StereoOptions StereoPreset(const std::string& name) {
   if (name == "default") return options;
   if (name == "fast") {
     options.refinements = 1;
+    options.surfaces = 1;
     options.sources = 8;
     return options;
   }
   if (name == "best") {
     options.refinements = 4;
+    options.surfaces = 3;
     options.sources = 16;
     options.vote_views = 32;
     return options;
@@ -24,7 +26,7 @@ StereoOptions StereoPreset(const std::string& name) {
   options.schedule = "sequential";
   options.photometric_iterations = 3;
   options.sources = 10;
-  options.surface = false;
+  options.surfaces = 0;
   options.geometric_iterations = 2;
   options.warm_geometric_pass = false;
   options.window_corners = true;
@@ -70,10 +72,11 @@ OptionTable Table(StereoOptions& o) {
       {"refinements", &o.refinements,
        "checkerboard: at each finer size, matchings of the whole surface, a round across views after each",
        "", 0, 10},
-      {"surface", &o.surface,
-       "checkerboard: at the end all views' maps become one surface (by COLMAP's poisson_mesher), which AoP "
-       "and "
-       "outlines refine, and take their depths and normals from it"},
+      {"surfaces", &o.surfaces,
+       "checkerboard: times that, at the end, all views' maps become one surface (by COLMAP's "
+       "poisson_mesher), "
+       "which AoP and outlines refine, and take their depths and normals from it; 0: they stay separate",
+       "", 0, 10},
       {"rounds", &o.rounds, "checkerboard: rounds across views at the coarsest level; 0: none at any", "", 0,
        10},
       {"chosen-sources", &o.chosen_sources, "checkerboard: source views that decide at a pixel", "", 1, 32},

@@ -21,7 +21,7 @@ struct StereoOptions {
   int search_levels = 1;
   int rounds = 3;
   int refinements = 2;
-  bool surface = true;
+  int surfaces = 2;
   int chosen_sources = 6;
   int photometric_iterations = 3;
   int geometric_iterations = 1;

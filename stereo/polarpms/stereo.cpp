@@ -110,7 +110,7 @@ StereoPlan PlanDepths(const fs::path& dense, const StereoOptions& options) {
     plan.steps = {{"photometric pass", kPhotometric}};
   if (options.schedule != "checkerboard" && options.geometric_iterations > 0)
     plan.steps.push_back({"geometric pass", kFinalMaps});
-  if (options.schedule == "checkerboard" && options.surface)
+  if (options.schedule == "checkerboard" && options.surfaces > 0)
     plan.steps.push_back({"maps from the common surface", kFinalMaps});
   const DoneList done(workspace, StereoInputHash(workspace, options));
   for (StereoStep& step : plan.steps) step.done = done.Count(step.kind);

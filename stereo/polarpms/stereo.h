@@ -13,7 +13,7 @@ namespace polarscan {
 // PolarPMS over a dense workspace (stereo/workspace.h): a photometric pass over all views (F_pho + F_pol +
 // F_dep), then a geometric pass over all views that starts from those maps, adds F_geo and filters; or the
 // schedule of multilevel.h. Writes stereo/depth_maps/NAME.png.{photometric,geometric}.bin and
-// stereo/normal_maps/...; with options.surface the last maps are kSeparateMaps, without a filter, for
+// stereo/normal_maps/...; with options.surfaces the last maps are kSeparateMaps, without a filter, for
 // fusion/surface_maps.h.
 // A view's maps are kept if they were made with the same inputs and options (stereo/done.json holds the
 // hashes), so a killed run goes on where it was. Throws Error if the workspace is damaged or a view has no

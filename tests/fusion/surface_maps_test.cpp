@@ -116,7 +116,7 @@ TEST_F(SurfaceMaps, StoppedInTheMiddleItGoesOnToTheSameBytesWithAnyNumberOfThrea
   const std::string undisturbed = FinalBytes();
   for (int i = 0; i < 18; ++i) std::filesystem::remove(workspace_.DepthPath(i, kFinalMaps));
   Write(AddNoise);
-  Listener impatient(7);
+  Listener impatient(18 + 7);  // in the second surface's maps
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
   EXPECT_THROW(EstimateMaps(folder_.path(), options_, impatient), Cancelled);
   EXPECT_TRUE(std::filesystem::exists(workspace_.DepthPath(0, kFinalMaps)));

@@ -128,7 +128,8 @@ class Sphere : public testing::Test {
     options.geometric_iterations = 1;
     options.window_radius = 3;
     options.window_step = 1;
-    options.filter = options.surface = false;
+    options.filter = false;
+    options.surfaces = 0;
     return options;
   }
 
