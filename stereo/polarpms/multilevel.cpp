@@ -187,8 +187,9 @@ class MultilevelStage {
     const auto reference = views.Get(view);
     const Problem problem =
         MakeProblem(workspace_, view, options_, *reference, views, warm ? &maps : nullptr);
-    const Image<DepthInterval> hull = VisualHull(
-        problem, warm ? std::vector<Source>{} : Silhouettes(workspace_, view, options_, *reference, views));
+    const Image<DepthInterval> hull =
+        VisualHull(problem, warm ? std::vector<Source>{}
+                                 : SourcesWithSilhouettes(workspace_, view, options_, *reference, views));
     DepthNormalMap map;
     if (warm) map = *maps.Get(view);
     const CheckerboardPass pass{warm ? options_.geometric_iterations : options_.photometric_iterations, warm,

@@ -61,8 +61,8 @@ Problem VotersProblem(const Workspace& workspace, int view, const StereoOptions&
   return problem;
 }
 
-std::vector<Source> Silhouettes(const Workspace& workspace, int view, const StereoOptions& options,
-                                const StereoView& reference, Cache<StereoView>& views) {
+std::vector<Source> SourcesWithSilhouettes(const Workspace& workspace, int view, const StereoOptions& options,
+                                           const StereoView& reference, Cache<StereoView>& views) {
   std::vector<Source> silhouettes;
   for (int other = 0; options.silhouettes && other < int(workspace.views.size()); ++other) {
     if (other == view) continue;

@@ -25,7 +25,7 @@ Problem VotersProblem(const Workspace& workspace, int view, const StereoOptions&
                       const StereoView& reference, Cache<StereoView>& views, Cache<DepthNormalMap>& maps);
 
 // Every other view that has a silhouette; none if silhouettes are switched off.
-std::vector<Source> Silhouettes(const Workspace& workspace, int view, const StereoOptions& options,
-                                const StereoView& reference, Cache<StereoView>& views);
+std::vector<Source> SourcesWithSilhouettes(const Workspace& workspace, int view, const StereoOptions& options,
+                                           const StereoView& reference, Cache<StereoView>& views);
 
 }  // namespace polarscan

@@ -59,8 +59,9 @@ class SequentialStage {
     const Problem problem =
         MakeProblem(workspace_, view, options_, *reference, views_, geometric ? &maps_ : nullptr);
     const bool warm = geometric && options_.warm_geometric_pass;
-    const Image<DepthInterval> hull = VisualHull(
-        problem, warm ? std::vector<Source>{} : Silhouettes(workspace_, view, options_, *reference, views_));
+    const Image<DepthInterval> hull =
+        VisualHull(problem, warm ? std::vector<Source>{}
+                                 : SourcesWithSilhouettes(workspace_, view, options_, *reference, views_));
     MatchState state = InitialState(problem, options_, hull, geometric ? maps_.Get(view).get() : nullptr);
     constexpr int kDirections[4][2] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
     for (int i = 0; i < 4 * iterations; ++i) {
