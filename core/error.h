@@ -13,6 +13,12 @@ class Error : public std::runtime_error {
       : std::runtime_error(what + ": " + where + (advice.empty() ? "" : ". " + advice)) {}
 };
 
+// There is too little to make something of. Files and disk are sound: it would come out like that again.
+class NothingFound : public Error {
+ public:
+  using Error::Error;
+};
+
 // The user asked to stop (Ctrl-C). Not an error: everything written so far is valid and resumable.
 class Cancelled : public std::runtime_error {
  public:

@@ -150,8 +150,8 @@ class Fusion {
   }
 
   [[noreturn]] void ThrowNothing() const {
-    throw Error("nothing to fuse: " + Explain(summary_.counts, MinViews()), workspace_.folder.string(),
-                Advise(summary_.counts, MinViews()));
+    throw NothingFound("nothing to fuse: " + Explain(summary_.counts, MinViews()), workspace_.folder.string(),
+                       Advise(summary_.counts, MinViews()));
   }
 
   const Workspace& workspace_;

@@ -64,8 +64,8 @@ TriangleMesh SurfaceOf(const std::vector<CloudPoint>& cloud, const Workspace& wo
   ClosingCounts counts;
   mesh = CloseSurface(mesh, far, {options.close, options.min_piece}, counts);
   if (mesh.triangles.empty())
-    throw Error("no surface is left after trimming", folder.string(),
-                "Raise --mesh-trim, or lower --mesh-min-piece");
+    throw NothingFound("no surface is left after trimming", folder.string(),
+                       "Raise --mesh-trim, or lower --mesh-min-piece");
   summary.gaps_closed = counts.closed, summary.gaps_cut = counts.cut;
   summary.pieces_dropped = counts.pieces, summary.closed_area = counts.closed_area;
   return mesh;

@@ -87,8 +87,8 @@ TriangleMesh PoissonSurface(std::span<const CloudPoint> cloud, int depth, const 
     why = error.what();
   }
   throw Error(fmt::format("COLMAP made no surface of {} points ({})", cloud.size(), why), log.string(),
-              "Look into that log; a smaller --mesh-depth needs less memory; reconstruct --no-mesh goes on "
-              "without a mesh");
+              "Look into that log; a smaller --mesh-depth needs less memory; --no-mesh (reconstruct) goes on "
+              "without a mesh, --surfaces 0 (stereo) with separate maps");
 }
 
 }  // namespace polarscan

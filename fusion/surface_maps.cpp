@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "core/parallel.h"
+#include "core/process.h"
 #include "fusion/fuse.h"
 #include "fusion/mesh_topology.h"
 #include "fusion/meshing.h"
@@ -52,17 +53,18 @@ std::vector<CloudPoint> FusedCloud(const Workspace& workspace, const std::string
   return cloud;
 }
 
-// Throws Error if the maps make no surface as fine as they are.
+// Throws NothingFound if the maps make no surface as fine as they are.
 Drawn CommonSurface(const Workspace& workspace, const std::string& kind, const fs::path& folder,
                     const StereoOptions& options, Progress& progress) {
   const std::vector<CloudPoint> cloud = FusedCloud(workspace, kind, folder, options, progress);
   if (cloud.size() < kLeastCloud)
-    throw Error(fmt::format("{} points that views agree on are too few for a surface", cloud.size()), folder);
+    throw NothingFound(fmt::format("{} points that views agree on are too few for a surface", cloud.size()),
+                       folder);
   MeshOptions meshing;
   const double pixel = PixelSize(cloud, workspace);
   for (meshing.depth = kCoarsestDepth; PoissonCell(cloud, meshing.depth) > kCell * pixel;) ++meshing.depth;
   if (meshing.depth > kFinestDepth)
-    throw Error("the scene is too large for one surface as fine as its pictures", folder);
+    throw NothingFound("the scene is too large for one surface as fine as its pictures", folder);
   meshing.refinement.refine = options.polarization && workspace.polarized;
   meshing.refinement.masks = options.masks;
   MeshSummary summary;
@@ -153,11 +155,15 @@ class SurfaceStep {
   bool IsMasked(int view) const { return options_.masks && fs::exists(workspace_.MaskPath(view)); }
 
   std::optional<Drawn> Surface(const std::string& kind) {
+    if (there_is_none_) return {};
     const fs::path folder = workspace_.folder / "stereo/surface";
     CreateFolder(folder);
     try {
+      if (FindProgram("colmap").empty())
+        throw NothingFound("COLMAP is not installed", "colmap", "Install it with: sudo apt install colmap");
       return CommonSurface(workspace_, kind, folder, options_, progress_);
-    } catch (const Error& error) {
+    } catch (const NothingFound& error) {
+      there_is_none_ = true;
       progress_.Warn(fmt::format("the views' maps stay separate, which is less accurate: {}", error.what()));
       return {};
     }
@@ -177,6 +183,7 @@ class SurfaceStep {
   DoneList& done_;
   Progress& progress_;
   const float scale_;
+  bool there_is_none_ = false;
   Cache<StereoView> views_;
   Cache<DepthNormalMap> maps_;
 };
