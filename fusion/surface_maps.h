@@ -16,7 +16,8 @@ namespace polarscan {
 // options.filter: pixels go whose depth the separate maps of too few views support (stereo/rounds/vote.h).
 // Maps stay as they were, with a warning, where all views together make no surface (too few points, too large
 // a scene, no COLMAP). Goes on where it was stopped; same bytes for any number of threads. A shard of several
-// leaves the last step to the program that comes after all of them. COLMAP's log stays in dense/stereo/surface.
+// leaves the last step to the program that comes after all of them. COLMAP's log stays in
+// dense/stereo/surface.
 void EstimateMaps(const std::filesystem::path& dense, const StereoOptions& options, Progress& progress,
                   const Shard& shard = {});
 
