@@ -32,6 +32,9 @@ constexpr int kFinestDepth = 10;       // of the octree; COLMAP needs some GB fo
 constexpr float kSame = 0.02f;         // share of the depth by which an estimate may differ from a membrane
 constexpr float kLeastFacing = 0.02f;  // cosine between a normal and the line of sight
 
+// The maps of a turn that is not the last one.
+std::string TurnMaps(int turn) { return fmt::format("step-surface{}", turn); }
+
 struct Drawn {
   RayCaster caster;
   std::vector<bool> far;
@@ -120,15 +123,12 @@ class SurfaceStep {
   void Run() {
     std::string before = kSeparateMaps;
     for (int turn = 1; turn < options_.surfaces; ++turn) {
-      const std::string after = fmt::format("step-surface{}", turn);
+      const std::string after = TurnMaps(turn);
       Draw(before, after);
       if (before != kSeparateMaps) done_.Remove(before);
       before = after;
     }
     Draw(before, kFinalMaps);
-    done_.Remove(before);
-    done_.Remove(kSeparateMaps);
-    done_.KeepOnly(kFinalMaps);
   }
 
  private:
@@ -174,7 +174,7 @@ class SurfaceStep {
     const auto reference = views_.Get(view);
     const Problem problem = VotersProblem(workspace_, view, options_, *reference, views_, maps_);
     const Image<float> support =
-        SupportOf(map.depth, problem, *maps_.Get(view), float(options_.vote_sigma) / 2);
+        SupportOf(map.depth, problem, *maps_.Get(view), 2 * float(options_.vote_sigma));
     FilterBySupport(problem, options_, support, map);
   }
 
@@ -193,12 +193,20 @@ class SurfaceStep {
 void EstimateMaps(const fs::path& dense, const StereoOptions& options, Progress& progress,
                   const Shard& shard) {
   const Workspace workspace = ReadWorkspace(dense);
-  const std::uint64_t inputs = StereoInputHash(workspace, options);
-  if (DoneList(workspace, inputs, shard).IsDone(kFinalMaps)) return;
-  EstimateDepths(dense, options, progress, shard);
-  if (options.surfaces == 0 || options.schedule != "checkerboard" || shard.count > 1) return;
-  DoneList done(workspace, inputs);
-  SurfaceStep(workspace, options, done, progress).Run();
+  if (options.surfaces == 0 || options.schedule != "checkerboard")
+    return EstimateDepths(dense, options, progress, shard);
+  DoneList done(workspace, StereoInputHash(workspace, options), shard);
+  if (!done.IsDone(kFinalMaps)) {
+    EstimateDepths(dense, options, progress, shard);
+    if (shard.count > 1) return;
+    DoneList now(workspace, StereoInputHash(workspace, options));
+    SurfaceStep(workspace, options, now, progress).Run();
+  }
+  if (shard.count > 1) return;
+  DoneList last(workspace, StereoInputHash(workspace, options));
+  for (int turn = 1; turn < options.surfaces; ++turn) last.Remove(TurnMaps(turn));
+  last.Remove(kSeparateMaps);
+  last.KeepOnly(kFinalMaps);
 }
 
 }  // namespace polarscan
