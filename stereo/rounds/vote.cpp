@@ -45,7 +45,7 @@ Box AroundActive(const Problem& problem, int width, int height) {
 
 // The source's surface as the reference camera would see it, in that part of the picture. weight: cosine of
 // the angle at which the source sees it.
-Image<Opinion> DrawSurface(const Problem& problem, const Source& source, const Box& box) {
+Image<Opinion> DrawSurface(const Problem& problem, const Source& source, const Box& box, bool by_evidence) {
   const Pinhole& camera = problem.reference->camera;
   const Pinhole& from = source.view->camera;
   Image<Opinion> drawn(box.right - box.left, box.bottom - box.top);
@@ -62,7 +62,8 @@ Image<Opinion> DrawSurface(const Problem& problem, const Source& source, const B
       const Eigen::Vector3f normal = back * source.map->normal(x, y);
       const float facing = normal.dot(point);
       if (point.z() <= 0 || facing > -0.05f * point.norm()) continue;
-      const float weight = Weight(*source.view, x, y) * -source.map->normal(x, y).dot(ray) / ray.norm();
+      const float weight =
+          (by_evidence ? Weight(*source.view, x, y) : 1) * -source.map->normal(x, y).dot(ray) / ray.norm();
       const float u = fx * point.x() / point.z() + cx, v = fy * point.y() / point.z() + cy;
       const int left = int(std::floor(u - kReach + 0.5f)), right = int(std::floor(u + kReach - 0.5f)),
                 top = int(std::floor(v - kReach + 0.5f)), bottom = int(std::floor(v + kReach - 0.5f));
@@ -139,14 +140,14 @@ Ballot NearestMode(std::span<Ballot> ballots, const VoteOptions& options, const 
 }
 
 // f(x, y, ballots) for every active pixel of which there are any: what the sources' surfaces and the own map
-// say.
+// say. by_evidence: weighted by what there was to see, too.
 template <class F>
-void ForBallots(const Problem& problem, const DepthNormalMap& own, float sigma, F&& f) {
+void ForBallots(const Problem& problem, const DepthNormalMap& own, float sigma, bool by_evidence, F&& f) {
   const Box box = AroundActive(problem, own.depth.width(), own.depth.height());
   if (box.right <= box.left) return;
   std::vector<Image<Opinion>> surfaces(problem.sources.size());
   ParallelFor(0, int(surfaces.size()), [&](int s) {
-    surfaces[std::size_t(s)] = DrawSurface(problem, problem.sources[std::size_t(s)], box);
+    surfaces[std::size_t(s)] = DrawSurface(problem, problem.sources[std::size_t(s)], box, by_evidence);
   });
   ParallelFor(box.top, box.bottom, [&](int y) {
     std::vector<Ballot> ballots;
@@ -155,8 +156,8 @@ void ForBallots(const Problem& problem, const DepthNormalMap& own, float sigma, 
       ballots.clear();
       const Eigen::Vector3f ray = problem.Ray(x, y);
       if (own.depth(x, y) > 0)
-        ballots.push_back(
-            {own.depth(x, y), Weight(*problem.reference, x, y) * -own.normal(x, y).dot(ray) / ray.norm()});
+        ballots.push_back({own.depth(x, y), (by_evidence ? Weight(*problem.reference, x, y) : 1) *
+                                                -own.normal(x, y).dot(ray) / ray.norm()});
       for (const Image<Opinion>& surface : surfaces) {
         const Opinion& opinion = surface(x - box.left, y - box.top);
         if (opinion.near_by.depth <= 0) continue;
@@ -174,7 +175,7 @@ void ForBallots(const Problem& problem, const DepthNormalMap& own, float sigma, 
 Vote VoteForDepth(const Problem& problem, const DepthNormalMap& own, const VoteOptions& options) {
   Vote vote{Image<float>(own.depth.width(), own.depth.height()),
             Image<float>(own.depth.width(), own.depth.height())};
-  ForBallots(problem, own, options.sigma, [&](int x, int y, std::span<Ballot> ballots) {
+  ForBallots(problem, own, options.sigma, true, [&](int x, int y, std::span<Ballot> ballots) {
     const Ballot mode = NearestMode(ballots, options, problem, problem.Ray(x, y));
     vote.depth(x, y) = mode.depth, vote.confidence(x, y) = mode.weight;
   });
@@ -184,7 +185,7 @@ Vote VoteForDepth(const Problem& problem, const DepthNormalMap& own, const VoteO
 Image<float> SupportOf(const Image<float>& depth, const Problem& problem, const DepthNormalMap& own,
                        float sigma) {
   Image<float> support(depth.width(), depth.height());
-  ForBallots(problem, own, sigma, [&](int x, int y, std::span<Ballot> ballots) {
+  ForBallots(problem, own, sigma, false, [&](int x, int y, std::span<Ballot> ballots) {
     if (depth(x, y) > 0) support(x, y) = Support(ballots, depth(x, y), sigma * depth(x, y)).weight;
   });
   return support;

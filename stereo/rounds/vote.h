@@ -24,7 +24,8 @@ struct VoteOptions {
 // see through it are (`trust`). Pixels without any estimate stay 0. The sources' maps must be there.
 Vote VoteForDepth(const Problem& problem, const DepthNormalMap& own, const VoteOptions& options);
 
-// The support that the sources' maps and `own` give other depths than these, by the same kernel.
+// How many views, weighted by their angle of incidence only, support these depths by their maps (`own` is the
+// view's); the same kernel.
 Image<float> SupportOf(const Image<float>& depth, const Problem& problem, const DepthNormalMap& own,
                        float sigma);
 
