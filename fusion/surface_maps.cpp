@@ -125,7 +125,6 @@ class SurfaceStep {
     for (int turn = 1; turn < options_.surfaces; ++turn) {
       const std::string after = TurnMaps(turn);
       Draw(before, after);
-      if (before != kSeparateMaps) done_.Remove(before);
       before = after;
     }
     Draw(before, kFinalMaps);
@@ -195,18 +194,18 @@ void EstimateMaps(const fs::path& dense, const StereoOptions& options, Progress&
   const Workspace workspace = ReadWorkspace(dense);
   if (options.surfaces == 0 || options.schedule != "checkerboard")
     return EstimateDepths(dense, options, progress, shard);
-  DoneList done(workspace, StereoInputHash(workspace, options), shard);
-  if (!done.IsDone(kFinalMaps)) {
-    EstimateDepths(dense, options, progress, shard);
+  const std::uint64_t inputs = StereoInputHash(workspace, options);  // reads all pictures: once
+  if (!DoneList(workspace, inputs, shard).IsDone(kFinalMaps)) {
+    EstimateDepths(workspace, options, inputs, progress, shard);
     if (shard.count > 1) return;
-    DoneList now(workspace, StereoInputHash(workspace, options));
-    SurfaceStep(workspace, options, now, progress).Run();
+    DoneList done(workspace, inputs);
+    SurfaceStep(workspace, options, done, progress).Run();
   }
   if (shard.count > 1) return;
-  DoneList last(workspace, StereoInputHash(workspace, options));
-  for (int turn = 1; turn < options.surfaces; ++turn) last.Remove(TurnMaps(turn));
-  last.Remove(kSeparateMaps);
-  last.KeepOnly(kFinalMaps);
+  DoneList done(workspace, inputs);
+  for (int turn = 1; turn < options.surfaces; ++turn) done.Remove(TurnMaps(turn));
+  done.Remove(kSeparateMaps);
+  done.KeepOnly(kFinalMaps);
 }
 
 }  // namespace polarscan

@@ -121,9 +121,13 @@ StereoPlan PlanDepths(const fs::path& dense, const StereoOptions& options) {
 void EstimateDepths(const fs::path& dense, const StereoOptions& options, Progress& progress,
                     const Shard& shard) {
   const Workspace workspace = ReadWorkspace(dense);
+  EstimateDepths(workspace, options, StereoInputHash(workspace, options), progress, shard);
+}
+
+void EstimateDepths(const Workspace& workspace, const StereoOptions& options, std::uint64_t inputs,
+                    Progress& progress, const Shard& shard) {
   if (!workspace.polarized && options.polarization)
     progress.Warn("the pictures hold no polarization: the polarization term is neglected");
-  const std::uint64_t inputs = StereoInputHash(workspace, options);
   if (options.schedule == "checkerboard") return RunMultilevel(workspace, options, inputs, shard, progress);
   SequentialStage stage(workspace, options, inputs, shard, progress);
   stage.RunPass(kPhotometric, 0, options.photometric_iterations);

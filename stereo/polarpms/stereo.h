@@ -22,6 +22,10 @@ namespace polarscan {
 void EstimateDepths(const std::filesystem::path& dense, const StereoOptions& options, Progress& progress,
                     const Shard& shard = {});
 
+// The same for one who has read the workspace and hashed its inputs.
+void EstimateDepths(const Workspace& workspace, const StereoOptions& options, std::uint64_t input_hash,
+                    Progress& progress, const Shard& shard = {});
+
 // Of the options and of all files that the maps depend on.
 std::uint64_t StereoInputHash(const Workspace& workspace, StereoOptions options);
 
