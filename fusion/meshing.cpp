@@ -76,8 +76,8 @@ TriangleMesh SurfaceOf(const std::vector<CloudPoint>& cloud, const Workspace& wo
 void Refine(CloudSurface& surface, const std::vector<CloudPoint>& cloud, const Workspace& workspace,
             const MeshOptions& options, MeshSummary& summary, Progress& progress) {
   if (!options.refinement.refine) return;
-  if (!workspace.polarized)
-    return progress.Info("the pictures hold no polarization: the mesh is not refined");
+  if (!CanRefine(workspace, options.refinement))
+    return progress.Info("there is neither polarization nor a mask: the mesh is not refined");
   const double edge = options.edge_px * PixelSize(cloud, workspace);
   while (edge > 0 && MeanEdge(surface.mesh) > edge && 4 * surface.mesh.vertices.size() < kMostVertices)
     surface.mesh = Subdivided(surface.mesh, surface.far);

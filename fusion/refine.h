@@ -16,9 +16,13 @@ struct RefineOptions {
   double anchor = 0.02;
   double smoothness = 0.5;
   double outline = 0.5;
+  bool polarization = true;
   bool masks = true;
 };
 OptionTable Table(RefineOptions& options);
+
+// Whether the scan holds anything to refine by: polarization or masks, as far as the options use them.
+bool CanRefine(const Workspace& workspace, const RefineOptions& options);
 
 // What was done, for scan.json.
 struct RefineCounts {

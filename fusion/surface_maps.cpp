@@ -68,7 +68,7 @@ Drawn CommonSurface(const Workspace& workspace, const std::string& kind, const f
   for (meshing.depth = kCoarsestDepth; PoissonCell(cloud, meshing.depth) > kCell * pixel;) ++meshing.depth;
   if (meshing.depth > kFinestDepth)
     throw NothingFound("the scene is too large for one surface as fine as its pictures", folder);
-  meshing.refinement.refine = options.polarization && workspace.polarized;
+  meshing.refinement.polarization = options.polarization;
   meshing.refinement.masks = options.masks;
   MeshSummary summary;
   CloudSurface surface = MakeSurface(cloud, workspace, folder, meshing, summary, progress);

@@ -51,19 +51,4 @@ float DepthNormalAngle(const Hypothesis& hypothesis, const Eigen::Vector3f& ray,
   return 1 - hypothesis.normal.dot(n_dep);
 }
 
-float DepthNormalRelative(const Hypothesis& hypothesis, const Eigen::Vector3f& ray,
-                          const std::array<Neighbour, 4>& neighbours, float focal_px) {
-  float sum = 0;
-  int count = 0;
-  for (const Neighbour& neighbour : neighbours) {
-    if (neighbour.estimate.depth <= 0) continue;
-    const float mine = DepthOnPlane(hypothesis, ray, neighbour.ray) / neighbour.estimate.depth - 1;
-    const float his = DepthOnPlane(neighbour.estimate, neighbour.ray, ray) / hypothesis.depth - 1;
-    const float e = 0.5f * (mine * mine + his * his) * focal_px * focal_px;
-    sum += e / (e + 0.25f);
-    ++count;
-  }
-  return count ? sum / float(count) : 0;
-}
-
 }  // namespace polarscan

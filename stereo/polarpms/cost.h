@@ -69,12 +69,6 @@ struct Neighbour {
 float DepthNormalAngle(const Hypothesis& hypothesis, const Eigen::Vector3f& ray, const Neighbour& horizontal,
                        const Neighbour& vertical);
 
-// The better scaled form: mean over the neighbours of e / (e + 1/4), where e is the mean of the two squared
-// relative errors of predicting one's depth from the other's plane, in units of 1 / focal length. Saturates
-// at depth edges.
-float DepthNormalRelative(const Hypothesis& hypothesis, const Eigen::Vector3f& ray,
-                          const std::array<Neighbour, 4>& neighbours, float focal_px);
-
 // The depth at which `ray` meets the plane of an estimate made for `plane_ray`; 0 if it does not.
 float DepthOnPlane(const Hypothesis& plane, const Eigen::Vector3f& plane_ray, const Eigen::Vector3f& ray);
 

@@ -8,8 +8,9 @@
 namespace polarscan {
 namespace {
 
-constexpr double kFewestPixels = 5000;  // of the object in a view of the coarsest level
-constexpr double kThinnest = 30;        // px there, mean width of the object's parts
+constexpr double kFewestPixels = 5000;   // of the object in a view of the coarsest level
+constexpr double kThinnest = 30;         // px there, mean width of the object's parts
+constexpr double kUnmaskedWidth = 0.25;  // of the picture's shorter side: that width where no mask tells
 
 // Of the object in pictures, px.
 struct Extent {
@@ -31,13 +32,18 @@ Extent Measure(const Image<std::uint8_t>& mask) {
   return {double(area), double(sides) * std::numbers::pi / 4};
 }
 
+Extent WholePicture(const Pinhole& camera) {
+  const double area = double(camera.width) * camera.height;
+  return {area, 2 * area / (kUnmaskedWidth * std::min(camera.width, camera.height))};
+}
+
 // The sum over all views.
 Extent MeasureObject(const Workspace& workspace, const StereoOptions& options) {
   Extent sum;
   for (int view = 0; view < int(workspace.views.size()); ++view) {
     const Image<std::uint8_t> mask = options.masks ? ReadViewMask(workspace, view) : Image<std::uint8_t>();
-    const Pinhole& camera = workspace.views[std::size_t(view)].camera;
-    const Extent extent = mask.empty() ? Extent{double(camera.width) * camera.height, 0} : Measure(mask);
+    const Extent extent =
+        mask.empty() ? WholePicture(workspace.views[std::size_t(view)].camera) : Measure(mask);
     sum.area += extent.area, sum.outline += extent.outline;
   }
   return sum;

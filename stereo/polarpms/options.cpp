@@ -31,9 +31,9 @@ StereoOptions StereoPreset(const std::string& name) {
   options.warm_geometric_pass = false;
   options.window_corners = true;
   options.polarization_weight = 4.0;
+  options.depth_normal_weight = 0.4;
   options.polarization_evidence = "dop";
   options.polarization_residual = "exponential";
-  options.depth_normal_form = "angle";
   options.closed_form_normals = false;
   options.silhouettes = false;
   options.depth_perturbation = 1.0;
@@ -106,7 +106,8 @@ OptionTable Table(StereoOptions& o) {
       {"geometric-weight", &o.geometric_weight, "tau_geo of eq. (2)", "", 0, 100},
       {"geometric-max", &o.geometric_max_px, "cap of the forward-backward error, psi_max", "px", 0.1, 100},
       {"polarization-weight", &o.polarization_weight, "tau_pol of eq. (2)", "", 0, 100},
-      {"depth-normal-weight", &o.depth_normal_weight, "tau_dep of eq. (2)", "", 0, 100},
+      {"depth-normal-weight", &o.depth_normal_weight,
+       "tau_dep of eq. (2); 0: only rounds across views use it", "", 0, 100},
       {"polarization-evidence",
        &o.polarization_evidence,
        "dop: weight by eq. (8), normalised; noise: weight by the AoP's noise, weak evidence fades",
@@ -124,14 +125,6 @@ OptionTable Table(StereoOptions& o) {
        0,
        {"exponential", "sine"}},
       {"residual-steepness", &o.residual_steepness, "k of the exponential delta", "", 0.001, 20},
-      {"depth-normal-form",
-       &o.depth_normal_form,
-       "angle: 1 - n.n_dep, eq. (9); relative: how well neighbours predict each other's depth, saturating at "
-       "edges",
-       "",
-       0,
-       0,
-       {"angle", "relative"}},
       {"closed-form-normals", &o.closed_form_normals,
        "add hypotheses whose normal follows from the AoP of several views"},
       {"silhouettes", &o.silhouettes,
@@ -143,8 +136,9 @@ OptionTable Table(StereoOptions& o) {
       {"vote-sigma", &o.vote_sigma,
        "rounds: how near depths must be to support each other (share of the depth)", "", 1e-5, 0.1},
       {"vote-trust", &o.vote_trust,
-       "rounds: a nearer surface also needs only this times the weight of the views that see through it; 0: "
-       "no",
+       "rounds, views without a mask: a nearer surface also needs only this times the weight of the views "
+       "that "
+       "see through it; 0: no",
        "", 0, 100},
       {"vote-support", &o.vote_support, "rounds: share of the best support that a nearer surface needs", "",
        0, 1},

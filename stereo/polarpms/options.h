@@ -40,13 +40,12 @@ struct StereoOptions {
   double geometric_weight = 0.4;
   double geometric_max_px = 3.0;
   double polarization_weight = 1.0;
-  double depth_normal_weight = 0.4;
+  double depth_normal_weight = 0;
   std::string polarization_evidence = "noise";
   double dop_saturation = 0.005;
   double aop_noise_deg = 5.7;
   std::string polarization_residual = "sine";
   double residual_steepness = 0.5;
-  std::string depth_normal_form = "relative";
   bool closed_form_normals = true;
   bool silhouettes = true;
   double silhouette_margin_px = 2.0;
@@ -54,7 +53,7 @@ struct StereoOptions {
 
   double vote_sigma = 0.006;
   double vote_support = 0.5;
-  double vote_trust = 0;
+  double vote_trust = 0.5;
   double vote_angle_deg = 70;
   int vote_views = 24;
   int matching_sources = 3;

@@ -14,6 +14,7 @@ PixelCost::PixelCost(const Problem& problem, const StereoOptions& options)
       sources_(problem.sources.size()),
       geometric_(!problem.sources.empty() && problem.sources[0].map != nullptr),
       polarized_(!problem.reference->polar.empty()),
+      depth_normal_(options.depth_normal && options.depth_normal_weight > 0),
       silhouettes_(options.silhouettes),
       normalised_polarization_(options.polarization_evidence == "dop") {}
 
@@ -63,8 +64,6 @@ float PixelCost::PolarizationTerm(const PixelContext& pixel, const Hypothesis& h
 
 float PixelCost::DepthNormalTerm(const PixelContext& pixel,
                                  const Hypothesis& hypothesis) const {  // F_dep, eq. (9)
-  if (options_.depth_normal_form == "relative")
-    return DepthNormalRelative(hypothesis, pixel.ray, pixel.neighbours, float(problem_.reference->camera.fx));
   const Neighbour& beside = pixel.neighbours[pixel.neighbours[2].estimate.depth > 0 ? 2 : 3];
   return DepthNormalAngle(hypothesis, pixel.ray, pixel.neighbours[0], beside);
 }
@@ -78,7 +77,7 @@ bool PixelCost::OutsideHull(const SeenBy& seen) const {
 float PixelCost::Total(const PixelContext& pixel, const Hypothesis& hypothesis, const float* known,
                        float bound) const {
   float cost = 0;
-  if (options_.depth_normal) cost += float(options_.depth_normal_weight) * DepthNormalTerm(pixel, hypothesis);
+  if (depth_normal_) cost += float(options_.depth_normal_weight) * DepthNormalTerm(pixel, hypothesis);
   if (cost >= bound) return cost;
   SeenBy seen;
   if (silhouettes_)

@@ -67,7 +67,7 @@ class PixelCost {
   const PatchReader reader_;
   const PolarizationResidual residual_;
   const std::size_t sources_;
-  const bool geometric_, polarized_, silhouettes_, normalised_polarization_;
+  const bool geometric_, polarized_, depth_normal_, silhouettes_, normalised_polarization_;
 };
 
 }  // namespace polarscan

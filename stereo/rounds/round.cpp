@@ -10,8 +10,9 @@ namespace polarscan {
 RoundResult RunRound(const Problem& problem, const DepthNormalMap& own, const StereoOptions& options,
                      float sharpness) {
   const float sigma = float(options.vote_sigma) * sharpness;
-  const Vote vote =
-      VoteForDepth(problem, own, {sigma, float(options.vote_support), float(options.vote_trust)});
+  // With a mask nothing lies behind the object, and chance in front of it would only be trusted.
+  const float trust = problem.reference->mask.empty() ? float(options.vote_trust) : 0;
+  const Vote vote = VoteForDepth(problem, own, {sigma, float(options.vote_support), trust});
   DepthNormalMap map{vote.depth, own.normal};
   if (!options.depth_normal && problem.reference->polar.empty()) return {std::move(map), vote.confidence};
   IntegrationOptions integration;
