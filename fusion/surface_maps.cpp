@@ -56,6 +56,13 @@ std::vector<CloudPoint> FusedCloud(const Workspace& workspace, const std::string
   return cloud;
 }
 
+RefineOptions RefinementBy(const StereoOptions& options) {
+  RefineOptions refinement;
+  refinement.polarization = options.polarization;
+  refinement.masks = options.masks;
+  return refinement;
+}
+
 // Throws NothingFound if the maps make no surface as fine as they are.
 Drawn CommonSurface(const Workspace& workspace, const std::string& kind, const fs::path& folder,
                     const StereoOptions& options, Progress& progress) {
@@ -68,8 +75,7 @@ Drawn CommonSurface(const Workspace& workspace, const std::string& kind, const f
   for (meshing.depth = kCoarsestDepth; PoissonCell(cloud, meshing.depth) > kCell * pixel;) ++meshing.depth;
   if (meshing.depth > kFinestDepth)
     throw NothingFound("the scene is too large for one surface as fine as its pictures", folder);
-  meshing.refinement.polarization = options.polarization;
-  meshing.refinement.masks = options.masks;
+  meshing.refinement = RefinementBy(options);
   MeshSummary summary;
   CloudSurface surface = MakeSurface(cloud, workspace, folder, meshing, summary, progress);
   return {RayCaster({std::move(surface.mesh)}), std::move(surface.far)};
@@ -156,6 +162,7 @@ class SurfaceStep {
   std::optional<Drawn> Surface(const std::string& kind) {
     if (there_is_none_) return {};
     const fs::path folder = workspace_.folder / "stereo/surface";
+    fs::remove_all(folder);  // what a killed run left
     CreateFolder(folder);
     try {
       if (FindProgram("colmap").empty())
@@ -192,8 +199,12 @@ class SurfaceStep {
 void EstimateMaps(const fs::path& dense, const StereoOptions& options, Progress& progress,
                   const Shard& shard) {
   const Workspace workspace = ReadWorkspace(dense);
-  if (options.surfaces == 0 || options.schedule != "checkerboard")
-    return EstimateDepths(dense, options, progress, shard);
+  if (options.surfaces == 0 || options.schedule != "checkerboard" ||
+      !CanRefine(workspace, RefinementBy(options))) {
+    StereoOptions separate = options;
+    separate.surfaces = 0;
+    return EstimateDepths(dense, separate, progress, shard);
+  }
   const std::uint64_t inputs = StereoInputHash(workspace, options);  // reads all pictures: once
   if (!DoneList(workspace, inputs, shard).IsDone(kFinalMaps)) {
     EstimateDepths(workspace, options, inputs, progress, shard);

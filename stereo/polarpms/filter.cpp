@@ -6,6 +6,7 @@
 
 #include "core/parallel.h"
 #include "stereo/polarpms/cost.h"
+#include "stereo/polarpms/pixel_cost.h"
 #include "stereo/polarpms/selection.h"
 
 namespace polarscan {
@@ -19,8 +20,7 @@ class Filter {
         window_(MakeWindow(options.window_radius, options.window_step, options.window_corners)),
         reader_(window_, options.sigma_color),
         max_cos_triangulation_(
-            float(std::cos(options.filter_min_triangulation_angle_deg * std::numbers::pi / 180))),
-        min_selection_(Visibility(options.ncc_sigma).Likelihood(float(1 - options.filter_min_ncc))) {}
+            float(std::cos(options.filter_min_triangulation_angle_deg * std::numbers::pi / 180))) {}
 
   bool HasCue(int x, int y) const {
     const Image<PolarSample>& polar = problem_.reference->polar;
@@ -30,13 +30,14 @@ class Filter {
     return patch.variance * 255 * 255 >= float(options_.filter_min_variance);
   }
 
-  bool IsConsistent(int x, int y, const Hypothesis& estimate, const float* selection) const {
+  // seen: by source, how well it matches, and least: from where on it counts.
+  bool IsConsistent(int x, int y, const Hypothesis& estimate, const float* seen, float least) const {
     const Eigen::Vector3f ray = problem_.Ray(x, y), point = estimate.depth * ray;
     int consistent = 0;
     for (std::size_t s = 0; s < problem_.sources.size(); ++s) {
       const Source& source = problem_.sources[s];
       consistent += CosTriangulation(source, point) <= max_cos_triangulation_ &&
-                    estimate.normal.dot(source.center - point) > 0 && selection[s] >= min_selection_ &&
+                    estimate.normal.dot(source.center - point) > 0 && seen[s] >= least &&
                     Agrees(source, ray, point);
     }
     return consistent >= std::min(options_.filter_min_consistent, int(problem_.sources.size()));
@@ -53,7 +54,7 @@ class Filter {
   const StereoOptions& options_;
   const Window window_;
   const PatchReader reader_;
-  const float max_cos_triangulation_, min_selection_;
+  const float max_cos_triangulation_;
 };
 
 template <class Keep>
@@ -74,18 +75,31 @@ void FilterEstimates(const Problem& problem, const StereoOptions& options,
   const Filter filter(problem, options);
   const std::size_t sources = problem.sources.size();
   const std::vector<float> all(sources, 1.0f);
+  const float least = Visibility(options.ncc_sigma).Likelihood(float(1 - options.filter_min_ncc));
   DropUnless(map, [&](int x, int y) {
     const std::size_t pixel = std::size_t(y) * std::size_t(map.depth.width()) + std::size_t(x);
     const float* seen = selection.empty() ? all.data() : &selection[pixel * sources];
-    return filter.HasCue(x, y) && filter.IsConsistent(x, y, {map.depth(x, y), map.normal(x, y)}, seen);
+    return filter.HasCue(x, y) && filter.IsConsistent(x, y, {map.depth(x, y), map.normal(x, y)}, seen, least);
   });
 }
 
 void FilterBySupport(const Problem& problem, const StereoOptions& options, const Image<float>& confidence,
                      DepthNormalMap& map) {
   const Filter filter(problem, options);
+  const PixelCost cost(problem, options);
+  const bool only_photos = problem.reference->polar.empty() && problem.reference->mask.empty();
+  const auto matches = [&](int x, int y) {
+    PixelContext pixel;
+    cost.Place(x, y, pixel);
+    const Hypothesis estimate{map.depth(x, y), map.normal(x, y)};
+    std::vector<float> seen;
+    for (std::size_t s = 0; s < problem.sources.size(); ++s)
+      seen.push_back(1 - cost.Match(pixel, estimate, s));
+    return filter.IsConsistent(x, y, estimate, seen.data(), float(options.filter_min_ncc));
+  };
   DropUnless(map, [&](int x, int y) {
-    return confidence(x, y) >= float(options.filter_min_support) && filter.HasCue(x, y);
+    return confidence(x, y) >= float(options.filter_min_support) && filter.HasCue(x, y) &&
+           (!only_photos || matches(x, y));
   });
 }
 

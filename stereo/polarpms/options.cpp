@@ -37,6 +37,8 @@ StereoOptions StereoPreset(const std::string& name) {
   options.closed_form_normals = false;
   options.silhouettes = false;
   options.depth_perturbation = 1.0;
+  options.filter_min_ncc = 0.1;
+  options.filter_min_consistent = 2;
   return options;
 }
 

@@ -64,9 +64,9 @@ struct StereoOptions {
 
   double filter_min_dop = 0.05;
   double filter_min_variance = 1.0;
-  double filter_min_ncc = 0.1;
+  double filter_min_ncc = 0.55;
   double filter_min_triangulation_angle_deg = 3.0;
-  int filter_min_consistent = 2;
+  int filter_min_consistent = 3;
   double filter_max_reprojection_px = 1.0;
   double filter_min_support = 2.0;
   double cache_gb = 4.0;

@@ -64,6 +64,7 @@ class NormalSolver {
   Eigen::Vector3f Solve(int x, int y, const Eigen::Vector3f& from_depth) const {
     Evidence evidence;
     Gather(x, y, from_depth, evidence);
+    if (evidence.aop.count == 0) return Improve(evidence, from_depth);  // all starts end alike
     Eigen::Vector3f best = start_(x, y);
     float least = 1e30f;
     std::array<Eigen::Vector3f, 7> seen;

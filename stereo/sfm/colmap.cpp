@@ -114,8 +114,8 @@ int Colmap::Run(const std::string& command, const std::vector<ColmapOption>& opt
     if (name != option.names.end()) {
       argv.insert(argv.end(), {"--" + *name, option.value});
     } else if (option.required) {
-      throw Error(fmt::format("COLMAP {} has no option {} for {}", version_, option.names.front(), command),
-                  program_, "Use a version from 3.8 to 4.x");
+      throw Error(fmt::format("COLMAP {} lists no option {} for {}", version_, option.names.front(), command),
+                  program_, "Use a version from 3.8 to 4.x; if it is one, try again");
     }
   }
   std::ofstream(log_, std::ios::app) << fmt::format("\n$ {}\n", fmt::join(argv, " "));

@@ -177,6 +177,24 @@ TEST(Refinement, RecoversADentedSphereFromItsPolarization) {
   EXPECT_LT(both.distance, 0.4 * before.distance);
 }
 
+TEST(Refinement, OutlinesAloneStraightenABuckledSphereAndSmoothADentedOne) {
+  TemporaryFolder folder;
+  Workspace workspace = PolarSphere(folder.path(), 0.005);
+  workspace.polarized = false;
+  TriangleMesh buckled = Icosphere(5);
+  for (Eigen::Vector3d& v : buckled.vertices) v *= 1 + 0.02 * std::sin(3 * std::atan2(v.z(), v.x()));
+  ComputeVertexNormals(buckled);
+  EXPECT_LT(Compare(Refine(buckled, workspace)).distance, 0.6 * Compare(buckled).distance);
+  const TriangleMesh dented = DentedSphere(0.01);
+  const Errors before = Compare(dented), after = Compare(Refine(dented, workspace));
+  EXPECT_LT(after.normal_deg, 0.8 * before.normal_deg) << before.normal_deg;
+  EXPECT_LT(after.distance, before.distance);
+  RefineOptions nothing;
+  nothing.masks = false;
+  EXPECT_FALSE(CanRefine(workspace, nothing));
+  EXPECT_TRUE(CanRefine(workspace, {}));
+}
+
 TEST(Refinement, LeavesAnExactSphereWhereItIs) {
   TemporaryFolder folder;
   const Workspace workspace = PolarSphere(folder.path(), 0.005);

@@ -17,8 +17,13 @@ namespace {
 class SurfaceMaps : public testing::Test {
  protected:
   SurfaceMaps() {
-    options_.polarization = options_.filter = options_.masks =
-        false;  // sphere_scene's AoP is none of a sphere
+    options_.polarization = options_.filter = false;  // sphere_scene's AoP is none of a sphere
+    for (int view = 0; view < int(workspace_.views.size()); ++view) {
+      Image<float> depth = ExactSphereMaps(workspace_.views[std::size_t(view)]).depth;
+      Image<std::uint8_t> mask(depth.width(), depth.height());
+      for (std::size_t i = 0; i < depth.size(); ++i) mask.pixels()[i] = depth.pixels()[i] > 0 ? 255 : 0;
+      WritePng(workspace_.MaskPath(view), mask);
+    }
   }
 
   void SetUp() override {
@@ -133,6 +138,20 @@ TEST_F(SurfaceMaps, MapsThatMakeNoSurfaceStayAndThatIsSaid) {
   EstimateMaps(folder_.path(), options_, listener_);
   EXPECT_EQ(Compare(kFinalMaps).depth, before.depth);
   EXPECT_NE(listener_.words.find("stay separate"), std::string::npos) << listener_.words;
+}
+
+TEST_F(SurfaceMaps, PhotographsWithoutMasksKeepTheirSeparateMaps) {
+  WriteWorkspace(workspace_);
+  for (int view = 0; view < 18; ++view) {
+    const Pinhole& camera = workspace_.views[std::size_t(view)].camera;
+    WritePng(workspace_.PicturePath(view), Image<std::uint8_t>(camera.width, camera.height, 100));
+  }
+  options_.masks = false;
+  options_.refinements = options_.rounds = 0, options_.levels = 1;
+  EstimateMaps(folder_.path(), options_, listener_);
+  EXPECT_TRUE(std::filesystem::exists(workspace_.DepthPath(17, kFinalMaps)));
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "stereo/surface"));
+  EXPECT_EQ(listener_.words, "");
 }
 
 TEST_F(SurfaceMaps, TheFilterDropsWhatHardlyAnyOtherViewSupports) {

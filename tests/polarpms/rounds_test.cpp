@@ -10,6 +10,7 @@
 #include "stereo/rounds/band_rows.h"
 #include "stereo/rounds/integrate.h"
 #include "stereo/rounds/normals.h"
+#include "stereo/rounds/round.h"
 #include "stereo/rounds/surface_matching.h"
 #include "stereo/rounds/vote.h"
 
@@ -114,6 +115,18 @@ TEST(Vote, ANearerModeWithLittleSupportWinsByTrustUnlessTooManySeeThroughIt) {
     const Vote vote = VoteForDepth(sphere.problem, *Constant(3), {0.006f, 0.4f, trust});
     EXPECT_NEAR(vote.depth(kSize / 2, kSize / 2), depth, 0.01) << trust;
   }
+}
+
+TEST(Round, OnlyWithoutAMaskIsANearerSurfaceWithLittleSupportTrusted) {
+  // As above: two views say 2, six say 3.
+  SphereProblem sphere({0, 0, 0, 0, 0, 0, 0, 0});
+  for (std::size_t s = 0; s < 8; ++s) sphere.problem.sources[s].map = Constant(s < 2 ? 2.0f : 3.0f);
+  StereoOptions options;
+  options.vote_trust = 0.3, options.depth_normal = false;
+  sphere.own.view->polar = {};
+  EXPECT_NEAR(RunRound(sphere.problem, *Constant(3), options, 1).map.depth(kSize / 2, kSize / 2), 3, 0.01);
+  sphere.own.view->mask = {};
+  EXPECT_NEAR(RunRound(sphere.problem, *Constant(3), options, 1).map.depth(kSize / 2, kSize / 2), 2, 0.01);
 }
 
 TEST(Integration, FindsTheSphereFromItsNormalsAndFewDepths) {
