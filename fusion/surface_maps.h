@@ -14,10 +14,10 @@ namespace polarscan {
 // next surface begins with those maps. A pixel keeps its own estimate where the surface has a hole; also, in
 // views without masks, where it is a membrane that no points bear out and the two depths differ.
 // options.filter: pixels go whose depth the separate maps of too few views support (stereo/rounds/vote.h).
-// Maps stay as they were where there is neither polarization nor a mask to refine by; and, with a warning, where all views together make no surface (too few points, too large
-// a scene, no COLMAP). Goes on where it was stopped; same bytes for any number of threads. A shard of several
-// leaves the last step to the program that comes after all of them. COLMAP's log stays in
-// dense/stereo/surface.
+// Maps stay as they were where there is neither polarization nor a mask to refine by; and, with a warning,
+// where all views together make no surface (too few points, too large a scene, no COLMAP). Goes on where it
+// was stopped; same bytes for any number of threads. A shard of several leaves the last step to the program
+// that comes after all of them. COLMAP's log stays in dense/stereo/surface.
 void EstimateMaps(const std::filesystem::path& dense, const StereoOptions& options, Progress& progress,
                   const Shard& shard = {});
 

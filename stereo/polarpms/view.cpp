@@ -51,8 +51,10 @@ Image<PolarSample> MakePolarSamples(const StokesImage& stokes, const StereoOptio
   return samples;
 }
 
-// Variance of S0 over 5x5 pixels against its noise, or the weight of the AoP, whichever is more.
-Image<float> MakeEvidence(const StokesImage& stokes, const Image<PolarSample>& polar) {
+// Variance of S0 over 5x5 pixels against its noise, or the weight of the AoP, whichever is more; inside the
+// mask.
+Image<float> MakeEvidence(const StokesImage& stokes, const Image<PolarSample>& polar,
+                          const Image<std::uint8_t>& mask) {
   constexpr int kReach = 2;
   constexpr float kNoise = 2;  // texture of so many standard deviations counts half
   const int width = stokes.s0.width(), height = stokes.s0.height();
@@ -60,7 +62,7 @@ Image<float> MakeEvidence(const StokesImage& stokes, const Image<PolarSample>& p
   ParallelFor(0, height, [&](int y) {
     for (int x = 0; x < width; ++x) {
       const float noise = float(stokes.s0_noise) * stokes.noise(x, y);
-      if (!std::isfinite(noise)) continue;
+      if (!std::isfinite(noise) || (!mask.empty() && !mask(x, y))) continue;
       float sum = 0, squares = 0, count = 0;
       for (int v = std::max(0, y - kReach); v <= std::min(height - 1, y + kReach); ++v)
         for (int u = std::max(0, x - kReach); u <= std::min(width - 1, x + kReach); ++u) {
@@ -141,7 +143,7 @@ StereoView LoadStereoView(const Workspace& workspace, int index, float gray_scal
   view.gray = MakeGray(stokes.s0, gray_scale);
   view.packed = Pack(view.gray);
   if (workspace.polarized && options.polarization) view.polar = MakePolarSamples(stokes, options);
-  view.evidence = MakeEvidence(stokes, view.polar);
+  view.evidence = MakeEvidence(stokes, view.polar, view.mask);
   if (options.silhouettes && !view.mask.empty())
     view.silhouette = Dilate(view.mask, options.silhouette_margin_px);
   view.whole_silhouette = !view.silhouette.empty() && KeepsClearOfBorder(view.silhouette);
@@ -158,17 +160,18 @@ bool KeepsClearOfBorder(const Image<std::uint8_t>& mask) {
 
 Image<std::uint8_t> Dilate(const Image<std::uint8_t>& mask, double radius) {
   const int reach = int(std::ceil(radius));
-  Image<std::uint8_t> wide(mask.width(), mask.height());
-  ParallelFor(0, mask.height(), [&](int y) {
+  Image<std::uint8_t> wide = mask;
+  const auto widen = [&](int x, int y) {
+    for (int dy = -reach; dy <= reach; ++dy)
+      for (int dx = -reach; dx <= reach; ++dx)
+        if (dx * dx + dy * dy <= (radius + 0.5) * (radius + 0.5) && wide.Contains(x + dx, y + dy))
+          wide(x + dx, y + dy) = 255;
+  };
+  const auto is_set = [&](int x, int y) { return !mask.Contains(x, y) || mask(x, y); };
+  for (int y = 0; y < mask.height(); ++y)
     for (int x = 0; x < mask.width(); ++x)
-      for (int dy = -reach; dy <= reach && !wide(x, y); ++dy)
-        for (int dx = -reach; dx <= reach; ++dx)
-          if (dx * dx + dy * dy <= (radius + 0.5) * (radius + 0.5) && mask.Contains(x + dx, y + dy) &&
-              mask(x + dx, y + dy)) {
-            wide(x, y) = 255;
-            break;
-          }
-  });
+      if (mask(x, y) && !(is_set(x - 1, y) && is_set(x + 1, y) && is_set(x, y - 1) && is_set(x, y + 1)))
+        widen(x, y);  // from the inside of an object nothing outside of it is nearest
   return wide;
 }
 
