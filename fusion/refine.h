@@ -34,10 +34,11 @@ struct RefineCounts {
 // Moves the vertices along their normals until the surface's normals fit the AoP of all views that see them,
 // and its outlines those of the masks. In each round every vertex gets the robust quadratic form of its AoP
 // samples (diffuse or specular, whichever fits: stereo/rounds/aop_table.h) and the pulls of the outlines
-// (fusion/silhouettes.h); then all vertices move at once (fusion/normal_fit.h), held by where they were. The
-// idea is that of Polarimetric MVIR (Zhao, Monno, Okutomi, ECCV 2020), as a sequence of linear systems; which
-// views see a vertex is decided once (Embree). `far`: vertices that no points bear out, held less. Normals
-// are computed anew. Same result for any number of threads.
+// (fusion/silhouettes.h), where its AoP say little also a pull of its normal to that of its surroundings
+// (outlines alone would leave ridges); then all vertices move at once (fusion/normal_fit.h), held by where
+// they were. The idea is that of Polarimetric MVIR (Zhao, Monno, Okutomi, ECCV 2020), as a sequence of linear
+// systems; which views see a vertex is decided once (Embree). `far`: vertices that no points bear out, held
+// less. Normals are computed anew. Same result for any number of threads.
 TriangleMesh RefineMesh(const TriangleMesh& mesh, const std::vector<bool>& far, const Workspace& workspace,
                         const RefineOptions& options, RefineCounts& counts, Progress& progress);
 

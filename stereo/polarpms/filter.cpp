@@ -85,15 +85,17 @@ void FilterEstimates(const Problem& problem, const StereoOptions& options,
 
 void FilterBySupport(const Problem& problem, const StereoOptions& options, const Image<float>& confidence,
                      DepthNormalMap& map) {
-  const Filter filter(problem, options);
-  const PixelCost cost(problem, options);
+  Problem nearest = problem;
+  if (nearest.sources.size() > kMaxSources) nearest.sources.resize(kMaxSources);
+  const Filter filter(nearest, options);
+  const PixelCost cost(nearest, options);
   const bool only_photos = problem.reference->polar.empty() && problem.reference->mask.empty();
   const auto matches = [&](int x, int y) {
     PixelContext pixel;
     cost.Place(x, y, pixel);
     const Hypothesis estimate{map.depth(x, y), map.normal(x, y)};
     std::vector<float> seen;
-    for (std::size_t s = 0; s < problem.sources.size(); ++s)
+    for (std::size_t s = 0; s < nearest.sources.size(); ++s)
       seen.push_back(1 - cost.Match(pixel, estimate, s));
     return filter.IsConsistent(x, y, estimate, seen.data(), float(options.filter_min_ncc));
   };

@@ -21,7 +21,8 @@ void FilterEstimates(const Problem& problem, const StereoOptions& options,
 
 // The same after a round across views, which has counted the support already (vote.h): keeps pixels with a
 // cue and a confidence of filter_min_support or more. Where photographs are all there is, without
-// polarization and masks, filter_min_consistent sources must also see it as above and match by filter_min_ncc.
+// polarization and masks, filter_min_consistent sources must also see it as above and match by
+// filter_min_ncc.
 void FilterBySupport(const Problem& problem, const StereoOptions& options, const Image<float>& confidence,
                      DepthNormalMap& map);
 

@@ -196,6 +196,37 @@ TEST_F(Sphere, FilterKeepsMostOfATexturedSphereAndDropsPixelsWithoutAnyCue) {
   EXPECT_EQ(Compare().estimated, 0);
 }
 
+TEST_F(Sphere, PhotographsWithoutMasksMustMatchThoughAllViewsAgree) {
+  Write(true);
+  StereoOptions options;
+  options.polarization = options.masks = false;
+  const auto view = [&](int i) {
+    return std::make_shared<StereoView>(LoadStereoView(workspace_, i, 1, options));
+  };
+  const auto reference = view(2);
+  Problem problem{reference.get(), {}, 2.5f, 5.5f, 2};
+  for (int i = 0; i < kViews; ++i)
+    if (i != 2) problem.sources.push_back(MakeSource(*reference, view(i), nullptr));
+  const auto share_kept = [&](double factor) {
+    DepthNormalMap map{Image<float>(kWidth, kHeight),
+                       Image<Eigen::Vector3f>(kWidth, kHeight, Eigen::Vector3f::Zero())};
+    double count = 0, kept = 0;
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x) {
+        const Eigen::Vector3d ray = reference->camera.Ray(x + 0.5, y + 0.5);
+        const auto depth = SphereDepth(workspace_.views[2], ray);
+        if (!depth) continue;
+        map.depth(x, y) = float(factor * *depth), ++count;
+        map.normal(x, y) = (*depth * ray - Eigen::Vector3d(0, 0, kDistance)).cast<float>();
+      }
+    FilterBySupport(problem, options, Image<float>(kWidth, kHeight, 10), map);
+    for (const float depth : map.depth.pixels()) kept += depth > 0;
+    return kept / count;
+  };
+  EXPECT_GT(share_kept(1), 0.7);
+  EXPECT_LT(share_kept(0.9), 0.2);
+}
+
 TEST_F(Sphere, GoesOnAfterACancelAndRepairsADamagedMap) {
   Write(true);
   EstimateDepths(folder_, Quick("default"), progress_);
