@@ -82,7 +82,7 @@ void Plan(const StereoArguments& a, const StereoOptions& options, const std::str
           const Context& context) {
   const bool foreign = IsColmapWorkspace(a.scan);
   if (foreign) AdoptColmapWorkspace(a.scan, context.progress);
-  const StereoPlan plan = PlanDepths(foreign ? a.scan : a.scan / "dense", options);
+  const StereoPlan plan = PlanMaps(foreign ? a.scan : a.scan / "dense", options);
   const int count = std::min(a.plan_shards, plan.views);
   const std::string command = fmt::format("polarscan stereo {}{}", a.scan.string(), repeated);
   nlohmann::json steps = nlohmann::json::array(), shards = nlohmann::json::array();

@@ -63,6 +63,13 @@ RefineOptions RefinementBy(const StereoOptions& options) {
   return refinement;
 }
 
+// None where nothing could refine one.
+StereoOptions WithSurfacesThatHelp(const Workspace& workspace, StereoOptions options) {
+  if (options.schedule != "checkerboard" || !CanRefine(workspace, RefinementBy(options)))
+    options.surfaces = 0;
+  return options;
+}
+
 // Throws NothingFound if the maps make no surface as fine as they are.
 Drawn CommonSurface(const Workspace& workspace, const std::string& kind, const fs::path& folder,
                     const StereoOptions& options, Progress& progress) {
@@ -196,15 +203,14 @@ class SurfaceStep {
 
 }  // namespace
 
-void EstimateMaps(const fs::path& dense, const StereoOptions& options, Progress& progress,
-                  const Shard& shard) {
+StereoPlan PlanMaps(const fs::path& dense, const StereoOptions& options) {
+  return PlanDepths(dense, WithSurfacesThatHelp(ReadWorkspace(dense), options));
+}
+
+void EstimateMaps(const fs::path& dense, const StereoOptions& asked, Progress& progress, const Shard& shard) {
   const Workspace workspace = ReadWorkspace(dense);
-  if (options.surfaces == 0 || options.schedule != "checkerboard" ||
-      !CanRefine(workspace, RefinementBy(options))) {
-    StereoOptions separate = options;
-    separate.surfaces = 0;
-    return EstimateDepths(dense, separate, progress, shard);
-  }
+  const StereoOptions options = WithSurfacesThatHelp(workspace, asked);
+  if (options.surfaces == 0) return EstimateDepths(dense, options, progress, shard);
   const std::uint64_t inputs = StereoInputHash(workspace, options);  // reads all pictures: once
   if (!DoneList(workspace, inputs, shard).IsDone(kFinalMaps)) {
     EstimateDepths(workspace, options, inputs, progress, shard);

@@ -21,4 +21,7 @@ namespace polarscan {
 void EstimateMaps(const std::filesystem::path& dense, const StereoOptions& options, Progress& progress,
                   const Shard& shard = {});
 
+// What EstimateMaps would do there, and what of it is done.
+StereoPlan PlanMaps(const std::filesystem::path& dense, const StereoOptions& options);
+
 }  // namespace polarscan

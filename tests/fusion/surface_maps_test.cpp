@@ -151,6 +151,9 @@ TEST_F(SurfaceMaps, PhotographsWithoutMasksKeepTheirSeparateMaps) {
   EstimateMaps(folder_.path(), options_, listener_);
   EXPECT_TRUE(std::filesystem::exists(workspace_.DepthPath(17, kFinalMaps)));
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "stereo/surface"));
+  const StereoPlan plan = PlanMaps(folder_.path(), options_);
+  EXPECT_EQ(plan.steps.back().kind, kFinalMaps);
+  EXPECT_EQ(plan.steps.back().done, 18);
   EXPECT_EQ(listener_.words, "");
 }
 
