@@ -43,8 +43,8 @@ nlohmann::json ToJson(const MeshSummary& summary);
 MeshSummary PlanMesh(const std::filesystem::path& cloud_ply, const MeshOptions& options);
 
 // The surface of a cloud: a Poisson surface (fusion/poisson.h), closed or cut where there are no points
-// (fusion/close_surface.h), and where there is polarization or
-// a mask its triangles divided to the size of their pixels and refined by them (fusion/refine.h).
+// (fusion/close_surface.h), and where there is polarization or a mask its triangles divided to the size of
+// their pixels and refined by them (fusion/refine.h).
 struct CloudSurface {
   TriangleMesh mesh;
   std::vector<bool> far;  // vertices that no points bear out

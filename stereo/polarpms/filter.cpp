@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereo/polarpms/filter.h"
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -94,9 +95,8 @@ void FilterBySupport(const Problem& problem, const StereoOptions& options, const
     PixelContext pixel;
     cost.Place(x, y, pixel);
     const Hypothesis estimate{map.depth(x, y), map.normal(x, y)};
-    std::vector<float> seen;
-    for (std::size_t s = 0; s < nearest.sources.size(); ++s)
-      seen.push_back(1 - cost.Match(pixel, estimate, s));
+    std::array<float, kMaxSources> seen;
+    for (std::size_t s = 0; s < nearest.sources.size(); ++s) seen[s] = 1 - cost.Match(pixel, estimate, s);
     return filter.IsConsistent(x, y, estimate, seen.data(), float(options.filter_min_ncc));
   };
   DropUnless(map, [&](int x, int y) {

@@ -139,8 +139,7 @@ OptionTable Table(StereoOptions& o) {
        "rounds: how near depths must be to support each other (share of the depth)", "", 1e-5, 0.1},
       {"vote-trust", &o.vote_trust,
        "rounds, views without a mask: a nearer surface also needs only this times the weight of the views "
-       "that "
-       "see through it; 0: no",
+       "that see through it; 0: no",
        "", 0, 100},
       {"vote-support", &o.vote_support, "rounds: share of the best support that a nearer surface needs", "",
        0, 1},
