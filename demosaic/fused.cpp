@@ -74,7 +74,7 @@ class FusedDemosaic::Implementation {
     if (angles) Resize(planes.dop), Resize(planes.aop);
     const int bands = (height_ + kBandRows - 1) / kBandRows;
     tbb::parallel_for(0, bands, [&](int band) {
-      std::vector<float>& scratch = scratch_.local();
+      Floats& scratch = scratch_.local();
       scratch.resize(band_size_ * (method_ == "difference" ? 9 : 1));
       RunBand(bytes, stride, band * kBandRows, std::min(height_, (band + 1) * kBandRows), scratch, planes,
               angles);
@@ -82,6 +82,8 @@ class FusedDemosaic::Implementation {
   }
 
  private:
+  using Floats = std::vector<float, AlignedAllocator<float>>;  // rows that begin at cache lines
+
   void Resize(Image<float>& plane) const {
     if (plane.width() != width_ || plane.height() != height_) plane = Image<float>(width_, height_);
   }
@@ -110,8 +112,8 @@ class FusedDemosaic::Implementation {
     }
   }
 
-  void RunBand(std::span<const std::uint8_t> bytes, std::size_t stride, int first, int last,
-               std::vector<float>& scratch, PolarPlanes& planes, bool angles) const {
+  void RunBand(std::span<const std::uint8_t> bytes, std::size_t stride, int first, int last, Floats& scratch,
+               PolarPlanes& planes, bool angles) const {
     float* rows = scratch.data();
     int next = first - reach_;  // row to be read
     const auto read_before = [&](int end) {
@@ -154,7 +156,7 @@ class FusedDemosaic::Implementation {
   StokesShares shares_[2];
   LinearRowKernels kernels_[2];
   std::size_t stride_ = 0, band_size_ = 0;
-  tbb::enumerable_thread_specific<std::vector<float>> scratch_;  // bands of padded rows
+  tbb::enumerable_thread_specific<Floats> scratch_;  // bands of padded rows
 };
 
 FusedDemosaic::FusedDemosaic(const std::string& method, const Sensor& sensor, const PixelFormat& format,

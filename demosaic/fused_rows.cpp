@@ -292,6 +292,28 @@ int Unpack12Vectors(Bytes bytes, const std::uint8_t* row, const std::uint8_t* en
 }
 #endif
 
+// Samples of one or two whole bytes.
+template <class Sample>
+void UnpackWhole(const std::uint8_t* row, int width, const Light& light, float* HWY_RESTRICT out) {
+  int x = 0;
+#if HWY_TARGET != HWY_SCALAR
+  const Floats d;
+  const hn::Rebind<std::int32_t, Floats> ints;
+  const hn::Rebind<Sample, Floats> samples;
+  const hn::Repartition<std::uint8_t, decltype(samples)> bytes;
+  const V scale = hn::Set(d, light.scale), zero = hn::Set(d, -light.black * light.scale);
+  for (const int lanes = int(hn::Lanes(d)); x + lanes <= width; x += lanes) {
+    const auto counts = hn::BitCast(samples, hn::LoadU(bytes, row + std::size_t(x) * sizeof(Sample)));
+    hn::StoreU(hn::MulAdd(hn::ConvertTo(d, hn::PromoteTo(ints, counts)), scale, zero), d, out + x);
+  }
+#endif
+  for (; x < width; ++x) {
+    Sample sample;
+    std::memcpy(&sample, row + std::size_t(x) * sizeof(Sample), sizeof(Sample));
+    out[x] = (float(int(sample)) - light.black) * light.scale;
+  }
+}
+
 template <bool kLsbFirst>
 void Unpack12(const std::uint8_t* row, const std::uint8_t* end, int width, const Light& light, float* out) {
   int x = 0;
@@ -313,18 +335,11 @@ void Unpack12(const std::uint8_t* row, const std::uint8_t* end, int width, const
 
 void UnpackRow(Packing packing, int bits, const std::uint8_t* row, const std::uint8_t* end, int width,
                const Light& light, float* HWY_RESTRICT out) {
-  const float black = light.black, scale = light.scale;
   switch (packing) {
     case Packing::kBytes:
-      for (int x = 0; x < width; ++x) out[x] = (float(int(row[x])) - black) * scale;
-      return;
+      return UnpackWhole<std::uint8_t>(row, width, light, out);
     case Packing::kWords:
-      for (int x = 0; x < width; ++x) {
-        std::uint16_t word;
-        std::memcpy(&word, row + 2 * x, 2);
-        out[x] = (float(int(word)) - black) * scale;
-      }
-      return;
+      return UnpackWhole<std::uint16_t>(row, width, light, out);
     case Packing::kGigE12:
       return Unpack12<false>(row, end, width, light, out);
     case Packing::kLsbFirst:
@@ -332,7 +347,7 @@ void UnpackRow(Packing packing, int bits, const std::uint8_t* row, const std::ui
       for (int x = 0; x < width; ++x) {  // 10p
         const int bit = 10 * x;
         const unsigned pair = row[bit / 8] | unsigned(row[bit / 8 + 1]) << 8;
-        out[x] = (float(pair >> bit % 8 & 1023u) - black) * scale;
+        out[x] = (float(pair >> bit % 8 & 1023u) - light.black) * light.scale;
       }
   }
 }

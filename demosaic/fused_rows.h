@@ -10,7 +10,7 @@ namespace polarscan::fused {
 
 // The row loops of fused.h, compiled for each instruction set. Rows are padded: kBorder reflected pixels on
 // the left, at least kBorder + kSlack readable ones on the right.
-inline constexpr int kBorder = 8, kSlack = 32;
+inline constexpr int kBorder = 16, kSlack = 32;
 
 struct Light {
   float black = 0, scale = 1;  // light = (count - black) scale
