@@ -4,9 +4,13 @@
 #include <vector>
 
 #include "core/mesh.h"
-#include "fusion/silhouettes.h"
 
 namespace polarscan {
+
+// Where a vertex ought to go along its normal (world units), and how much that counts; weight 0: not asked.
+struct Pull {
+  double move = 0, weight = 0;
+};
 
 // What is asked of the vertices of a mesh, by vertex.
 struct NormalFit {

@@ -7,8 +7,10 @@
 #include <filesystem>
 
 #include "core/parallel.h"
+#include "fusion/mesh_topology.h"
 #include "fusion/mesh_views.h"
 #include "fusion/normal_fit.h"
+#include "fusion/photometric.h"
 #include "stereo/rounds/aop_table.h"
 
 namespace polarscan {
@@ -20,22 +22,36 @@ constexpr double kNoOutlines = 10;          // times the anchor, where no mask s
 constexpr double kBend = 0.5;               // weight of the neighbours' normals where the AoP say nothing ...
 constexpr double kNoBend = 1;               // ... falling to zero where the form of the AoP has this trace
 constexpr int kBendRings = 10;              // how many edges far those neighbours are
+constexpr int kLookAgain = 4;               // rounds after which views are compared again ...
+constexpr int kOutlineAgain = 2;            // ... and outlines
 constexpr float kSoftness = 0.15f * 0.15f;  // squared sine of the angle off a sample at which it counts half
 
-// The constraints of all views, read one after the other.
-VertexConstraints AllConstraints(const TriangleMesh& mesh, const Workspace& workspace, bool polarization,
-                                 Progress& progress) {
-  if (!polarization || !workspace.polarized) return VertexConstraints(mesh.vertices.size());
-  const auto visible = VisibleVertices(mesh, workspace, progress);
-  VertexConstraints constraints(mesh.vertices.size());
-  StereoOptions options;
-  options.masks = false;  // nothing here asks for them
+// What all views show of the mesh.
+struct Shown {
+  VertexConstraints aop;  // none without polarization
+  SurfaceLooks looks;
+};
+
+Image<std::uint16_t> Quantised(const Image<float>& gray) {
+  Image<std::uint16_t> out(gray.width(), gray.height());
+  for (std::size_t i = 0; i < gray.size(); ++i) out.pixels()[i] = std::uint16_t(65535 * gray.pixels()[i]);
+  return out;
+}
+
+// Reads the views one after the other.
+Shown Show(const TriangleMesh& mesh, const Workspace& workspace, const RefineOptions& options,
+           Progress& progress) {
+  Shown shown{VertexConstraints(mesh.vertices.size()), {VisibleVertices(mesh, workspace, progress), {}}};
+  StereoOptions stereo;
+  stereo.masks = false;  // nothing here asks for them
+  stereo.polarization = options.polarization;
   for (int view = 0; view < int(workspace.views.size()); ++view) {
     progress.Check();
-    AddAopConstraints(mesh, LoadStereoView(workspace, view, 1, options), visible[std::size_t(view)],
-                      constraints);
+    const StereoView loaded = LoadStereoView(workspace, view, 1, stereo);
+    AddAopConstraints(mesh, loaded, shown.looks.visible[std::size_t(view)], shown.aop);
+    shown.looks.grays.push_back(Quantised(loaded.gray));
   }
-  return constraints;
+  return shown;
 }
 
 // What the constraints ask of a normal near `normal`, as a quadratic form. The robust sum may be indefinite
@@ -72,10 +88,12 @@ Eigen::Matrix3d WithBend(const Eigen::Matrix3d& aop, const Eigen::Vector3d& smoo
   return aop + weight * (Eigen::Matrix3d::Identity() - smooth * smooth.transpose());
 }
 
-// The anchor pulls back to where the vertex was, the outline to the mask's edge: together one pull.
-Pull Together(double anchor, double moved, const Pull& outline, double outline_weight) {
-  const double weight = outline_weight * outline.weight;
-  return {(weight * outline.move - anchor * moved) / (anchor + weight), anchor + weight};
+// Several pulls as one.
+Pull Together(std::initializer_list<Pull> pulls) {
+  Pull sum;
+  for (const Pull& pull : pulls) sum.move += pull.weight * pull.move, sum.weight += pull.weight;
+  sum.move /= sum.weight;
+  return sum;
 }
 
 void Count(const VertexConstraints& constraints, const std::vector<Pull>& outlines,
@@ -91,7 +109,9 @@ void Count(const VertexConstraints& constraints, const std::vector<Pull>& outlin
 OptionTable Table(RefineOptions& o) {
   return {
       {"refine", &o.refine,
-       "Move the vertices until normals fit the AoP of all views and outlines the masks"},
+       "Move the vertices until normals fit the AoP of all views, outlines the masks, and the surface looks "
+       "alike "
+       "in all views"},
       {"refine-rounds", &o.rounds, "Times that all vertices move", "", 1, 100},
       {"refine-anchor", &o.anchor,
        "Weight of where the vertices were, ten times as much without masks; less: the mesh follows AoP and "
@@ -99,7 +119,9 @@ OptionTable Table(RefineOptions& o) {
        "", 1e-6, 1e6},
       {"refine-smoothness", &o.smoothness, "Weight of moving as the neighbours do; less: finer, noisier", "",
        0, 1e6},
-      {"refine-outline", &o.outline, "Weight of the masks' outlines; 0: only the AoP counts", "", 0, 1e6},
+      {"refine-outline", &o.outline, "Weight of the masks' outlines; 0: they do not count", "", 0, 1e6},
+      {"refine-photometric", &o.photometric,
+       "Weight of what makes the surface look alike in all views; 0: it does not count", "", 0, 1e6},
       {"polarization", &o.polarization, "Use the AoP"},
       {"masks", &o.masks, "Use the masks: outlines, and no surface outside of two of them"},
   };
@@ -117,21 +139,31 @@ TriangleMesh RefineMesh(const TriangleMesh& input, const std::vector<bool>& far,
   TriangleMesh mesh = input;
   const std::size_t count = mesh.vertices.size();
   progress.Begin("refinement", std::size_t(options.rounds) + 1, "round");
-  const VertexConstraints constraints = AllConstraints(mesh, workspace, options.polarization, progress);
+  const VertexNeighbours neighbours(count, mesh.triangles);
+  const Shown shown = Show(mesh, workspace, options, progress);
   Silhouettes silhouettes(workspace, kReach);
   NormalFit fit{std::vector<Eigen::Matrix3d>(count), std::vector<Pull>(count), options.smoothness};
   Eigen::VectorXd moved = Eigen::VectorXd::Zero(Eigen::Index(count));
-  std::vector<Pull> outlines(count);
+  std::vector<Pull> outlines(count), looks(count);  // from where the vertices were at first
+  const auto from_first = [&](std::vector<Pull> pulls) {
+    for (std::size_t v = 0; v < count; ++v) pulls[v].move += moved[Eigen::Index(v)];
+    return pulls;
+  };
   for (int round = 0; round < options.rounds; ++round) {
     progress.Advance();
-    if (options.masks && options.outline > 0) outlines = silhouettes.Pulls(mesh, progress);
+    if (options.photometric > 0 && round % kLookAgain == 0)
+      looks = from_first(PhotometricPulls(mesh, neighbours, workspace, shown.looks, progress));
+    if (options.masks && options.outline > 0 && round % kOutlineAgain == 0)
+      outlines = from_first(silhouettes.Pulls(mesh, progress));
     const bool outlined = std::ranges::any_of(outlines, [](const Pull& p) { return p.weight > 0; });
     const double anchor = options.anchor * (outlined ? 1 : kNoOutlines);
     const std::vector<Eigen::Vector3d> smooth = SmoothNormals(mesh);
     ParallelFor(0, int(count), [&](int i) {
       const auto v = std::size_t(i);
-      fit.normal[v] = WithBend(QuadraticForm(constraints[v], mesh.normals[v]), smooth[v]);
-      fit.pulls[v] = Together(anchor * (far[v] ? kFarAnchor : 1), moved[i], outlines[v], options.outline);
+      fit.normal[v] = WithBend(QuadraticForm(shown.aop[v], mesh.normals[v]), smooth[v]);
+      fit.pulls[v] = Together({{-moved[i], anchor * (far[v] ? kFarAnchor : 1)},
+                               {outlines[v].move - moved[i], options.outline * outlines[v].weight},
+                               {looks[v].move - moved[i], options.photometric * looks[v].weight}});
     });
     progress.Check();
     const Eigen::VectorXd moves = FitMoves(mesh, fit);
@@ -140,7 +172,7 @@ TriangleMesh RefineMesh(const TriangleMesh& input, const std::vector<bool>& far,
     ComputeVertexNormals(mesh);
   }
   progress.Advance();
-  Count(constraints, outlines, moved, counts);
+  Count(shown.aop, outlines, moved, counts);
   return mesh;
 }
 

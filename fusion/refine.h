@@ -12,10 +12,11 @@ namespace polarscan {
 // Weights are in units of the AoP of one view without noise. Help and ranges are in Table().
 struct RefineOptions {
   bool refine = true;
-  int rounds = 4;
+  int rounds = 8;
   double anchor = 0.02;
   double smoothness = 0.5;
   double outline = 0.5;
+  double photometric = 1;
   bool polarization = true;
   bool masks = true;
 };
@@ -32,13 +33,14 @@ struct RefineCounts {
 };
 
 // Moves the vertices along their normals until the surface's normals fit the AoP of all views that see them,
-// and its outlines those of the masks. In each round every vertex gets the robust quadratic form of its AoP
-// samples (diffuse or specular, whichever fits: stereo/rounds/aop_table.h) and the pulls of the outlines
-// (fusion/silhouettes.h), where its AoP say little also a pull of its normal to that of its surroundings
-// (outlines alone would leave ridges); then all vertices move at once (fusion/normal_fit.h), held by where
-// they were. The idea is that of Polarimetric MVIR (Zhao, Monno, Okutomi, ECCV 2020), as a sequence of linear
-// systems; which views see a vertex is decided once (Embree). `far`: vertices that no points bear out, held
-// less. Normals are computed anew. Same result for any number of threads.
+// its outlines those of the masks, and it looks alike in all views. In each round every vertex gets the
+// robust quadratic form of its AoP samples (diffuse or specular, whichever fits: stereo/rounds/aop_table.h),
+// the pulls of the outlines (fusion/silhouettes.h) and of its looks (fusion/photometric.h), where its AoP say
+// little also a pull of its normal to that of its surroundings (the other two would leave ridges); then all
+// vertices move at once (fusion/normal_fit.h), held by where they were. The idea is that of Polarimetric MVIR
+// (Zhao, Monno, Okutomi, ECCV 2020), as a sequence of linear systems; which views see a vertex is decided
+// once (Embree). `far`: vertices that no points bear out, held less. Normals are computed anew. Holds two
+// bytes a pixel of all views. Same result for any number of threads.
 TriangleMesh RefineMesh(const TriangleMesh& mesh, const std::vector<bool>& far, const Workspace& workspace,
                         const RefineOptions& options, RefineCounts& counts, Progress& progress);
 

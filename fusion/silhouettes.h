@@ -7,6 +7,7 @@
 #include "core/image.h"
 #include "core/mesh.h"
 #include "core/progress.h"
+#include "fusion/normal_fit.h"
 #include "stereo/workspace.h"
 
 namespace polarscan {
@@ -31,11 +32,6 @@ struct OutlinePull {
 std::vector<OutlinePull> OutlinePulls(const TriangleMesh& mesh, const RayCaster& caster,
                                       const DenseView& view, const Image<std::uint8_t>& mask,
                                       double reach_px);
-
-// Where a vertex ought to go along its normal (world units), and how much that counts; weight 0: not asked.
-struct Pull {
-  double move = 0, weight = 0;
-};
 
 // The outlines of all views' masks. Masks may be drawn too wide or too narrow as a whole: the median of the
 // first call's pulls tells, and what it has beyond kSubPixel is left out from then on. Masks may be ragged:

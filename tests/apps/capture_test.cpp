@@ -300,8 +300,9 @@ TEST_F(CaptureProgram, WithoutRootInItsOwnNetworkTheGigeCameraIsRecordedAndRecon
     "$0" --quiet simulate --gige 127.0.0.1 --fps 10 -o "$1/camera" --masks --known-poses --width 128 --height 96 \
       --rings 33:8 --samples 1 --texture strong &
     camera=$!
+    trap 'kill $camera' EXIT
     "$0" capture --camera 127.0.0.1 --wait 60 -o "$1/session" --frames 8 --layout "90 45 / 135 0" --black-level 60
-    kill -INT $camera
+    kill -INT $camera; trap - EXIT
     cp -r "$1/camera/masks" "$1/camera/sparse" "$1/session"
     "$0" reconstruct "$1/session" -o "$1/scan" --levels 1
     "$0" evaluate "$1/scan" --truth "$1/camera/truth/mesh.ply" --json

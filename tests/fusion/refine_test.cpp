@@ -7,7 +7,9 @@
 #include <algorithm>
 
 #include "core/random.h"
+#include "fusion/mesh_views.h"
 #include "fusion/normal_fit.h"
+#include "fusion/photometric.h"
 #include "fusion/silhouettes.h"
 #include "tests/fusion/icosphere.h"
 #include "tests/fusion/sphere_scene.h"
@@ -18,8 +20,10 @@ namespace {
 constexpr int kWidth = 320, kHeight = 240;  // a pixel is 0.01 wide on the unit sphere
 
 // Cameras around the unit sphere. Pictures of light that the sphere reflects diffusely: AoP = azimuth of the
-// normal, DoP rises with its tilt; noise as given. Masks are those of a sphere of radius `mask_radius`.
-Workspace PolarSphere(const std::filesystem::path& folder, double noise, double mask_radius = 1) {
+// normal, DoP rises with its tilt; noise as given. Masks are those of a sphere of radius `mask_radius`. S0 is
+// 0.5, more or less by up to `texture`.
+Workspace PolarSphere(const std::filesystem::path& folder, double noise, double mask_radius = 1,
+                      double texture = 0) {
   Workspace workspace = SphereWorkspace(folder, 18);
   for (DenseView& view : workspace.views) view.camera = view.camera.Resized(kWidth, kHeight);
   WriteWorkspace(workspace);
@@ -38,6 +42,12 @@ Workspace PolarSphere(const std::filesystem::path& folder, double noise, double 
         mask(x, y) = off < mask_radius * mask_radius ? 255 : 0;
         if (off >= 1) continue;
         const Eigen::Vector3d n = (b - std::sqrt(b * b - a * (t.squaredNorm() - 1))) / a * ray - t;
+        const Eigen::Vector3d at = view.cam_from_world.rotation.transpose() * n;
+        for (int wave = 0; wave < 9; ++wave) {  // 9 to 25 pixels long, in directions that differ
+          const Eigen::Vector3d along(std::sin(4.1 * wave), std::cos(2.3 * wave), std::sin(wave + 1.0));
+          stokes.s0(x, y) +=
+              float(texture / 9 * std::sin((25 + 5 * wave) * at.dot(along.normalized()) + wave));
+        }
         const double azimuth = std::atan2(-(n.y() - n.z() * ray.y()), n.x() - n.z() * ray.x());
         const double polarized = 0.5 * 0.3 * (1 - std::pow(n.dot(ray.normalized()), 2));
         stokes.s1(x, y) = float(polarized * std::cos(2 * azimuth) + noise * random.Normal());
@@ -160,6 +170,65 @@ TEST(Silhouette, PointsBesideTheMasksAreOutsideAndThoseThatNoPictureShowsAreNot)
   const std::vector<bool> outside =
       OutsideOfMasks({{0, 0, 0}, {0, 0, 0.99}, {1.1, 0, 0}, {0, 0, -1.1}, {0, 9, 0}}, workspace, 2, progress);
   EXPECT_EQ(outside, (std::vector<bool>{false, false, true, true, false}));
+}
+
+SurfaceLooks LooksOf(const TriangleMesh& mesh, const Workspace& workspace) {
+  Progress progress;
+  SurfaceLooks looks{VisibleVertices(mesh, workspace, progress), {}};
+  for (int i = 0; i < int(workspace.views.size()); ++i) {
+    const Image<float> s0 = ReadViewLight(workspace, i).s0;
+    Image<std::uint16_t> gray(s0.width(), s0.height());
+    for (std::size_t k = 0; k < s0.size(); ++k) gray.pixels()[k] = std::uint16_t(65535 * s0.pixels()[k]);
+    looks.grays.push_back(std::move(gray));
+  }
+  return looks;
+}
+
+TEST(Photometric, ASphereTooLargeOrTooSmallIsPulledToWhereItsTextureAgrees) {
+  TemporaryFolder folder;
+  const Workspace workspace = PolarSphere(folder.path(), 0, 1, 0.2);
+  for (const double wrong : {-0.015, 0.0, 0.015}) {
+    TriangleMesh sphere = Icosphere(6);
+    for (Eigen::Vector3d& v : sphere.vertices) v *= 1 + wrong;
+    const VertexNeighbours neighbours(sphere.vertices.size(), sphere.triangles);
+    Progress progress;
+    const auto pulls = PhotometricPulls(sphere, neighbours, workspace, LooksOf(sphere, workspace), progress);
+    ASSERT_EQ(pulls.size(), sphere.vertices.size());
+    double seen = 0, pulled = 0, off = 0;
+    for (std::size_t i = 0; i < pulls.size(); ++i) {
+      if (std::abs(sphere.vertices[i].y()) > 0.5) continue;
+      ++seen;
+      if (pulls[i].weight <= 0) continue;
+      ++pulled, off += std::abs(pulls[i].move + wrong);
+    }
+    EXPECT_GT(pulled / seen, 0.9) << wrong;
+    EXPECT_LT(off / pulled, 0.003) << wrong << ": a third of a pixel";
+  }
+}
+
+TEST(Photometric, WhatHasNoTextureIsNotPulled) {
+  TemporaryFolder folder;
+  const Workspace workspace = PolarSphere(folder.path(), 0);
+  const TriangleMesh sphere = Icosphere(5);
+  const VertexNeighbours neighbours(sphere.vertices.size(), sphere.triangles);
+  Progress progress;
+  for (const Pull& pull :
+       PhotometricPulls(sphere, neighbours, workspace, LooksOf(sphere, workspace), progress))
+    ASSERT_EQ(pull.weight, 0);
+}
+
+TEST(Refinement, TextureAloneLevelsADentedSphere) {
+  TemporaryFolder folder;
+  Workspace workspace = PolarSphere(folder.path(), 0.005, 1, 0.2);
+  workspace.polarized = false;
+  TriangleMesh dented = Icosphere(6);
+  for (Eigen::Vector3d& v : dented.vertices) v *= 1 + 0.02 * std::sin(9 * v.x()) * std::sin(8 * v.z() + 1);
+  ComputeVertexNormals(dented);
+  RefineOptions options;
+  options.masks = false;
+  const Errors before = Compare(dented), after = Compare(Refine(dented, workspace, options));
+  EXPECT_LT(after.distance, 0.3 * before.distance) << before.distance;
+  EXPECT_LT(after.normal_deg, 0.7 * before.normal_deg) << before.normal_deg;
 }
 
 TEST(Refinement, RecoversADentedSphereFromItsPolarization) {
