@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fusion/mesh_topology.h"
 
+#include <tbb/parallel_sort.h>
+
 #include <algorithm>
 #include <limits>
 #include <map>
@@ -47,7 +49,7 @@ VertexNeighbours::VertexNeighbours(std::size_t vertices, std::span<const Triangl
   std::vector<Edge> edges = DirectedEdges(triangles);
   const std::size_t count = edges.size();
   for (std::size_t i = 0; i < count; ++i) edges.emplace_back(edges[i].second, edges[i].first);
-  std::sort(edges.begin(), edges.end());
+  tbb::parallel_sort(edges.begin(), edges.end());
   edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
   neighbours_.reserve(edges.size());
   for (const auto& [from, to] : edges) ++begin_[from + 1], neighbours_.push_back(to);

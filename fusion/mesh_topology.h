@@ -18,6 +18,8 @@ class VertexNeighbours {
   std::span<const std::uint32_t> Of(std::size_t vertex) const {
     return std::span(neighbours_).subspan(begin_[vertex], begin_[vertex + 1] - begin_[vertex]);
   }
+  // Where the list of a vertex begins among all lists; all of them for the number of vertices.
+  std::size_t Begin(std::size_t vertex) const { return begin_[vertex]; }
 
  private:
   std::vector<std::size_t> begin_;

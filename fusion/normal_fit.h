@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/mesh.h"
+#include "fusion/mesh_topology.h"
 
 namespace polarscan {
 
@@ -23,8 +24,8 @@ struct NormalFit {
 //   sum_faces A ((n - G d)^T M (n - G d) + smoothness |G d|^2) + sum_vertices A w (d - pull)^2 / edge^2
 // with areas A, the mean edge length, M the mean of the face's vertices, and G d the change of the face's
 // normal n for small moves: vertex i takes (n . n_i) times the gradient of its hat function. A sparse linear
-// system (conjugate gradients, on one thread); no vertex moves by more than `edge`. Throws Error if nothing
-// holds the surface in place.
-Eigen::VectorXd FitMoves(const TriangleMesh& mesh, const NormalFit& fit);
+// system (conjugate gradients); no vertex moves by more than `edge`. Throws Error if nothing holds the
+// surface in place. Same result for any number of threads.
+Eigen::VectorXd FitMoves(const TriangleMesh& mesh, const VertexNeighbours& neighbours, const NormalFit& fit);
 
 }  // namespace polarscan

@@ -67,17 +67,18 @@ Eigen::Matrix3d QuadraticForm(const std::vector<AopConstraint>& constraints, con
   return (axes * solver.eigenvalues().cwiseMax(0).asDiagonal() * axes.transpose()).cast<double>();
 }
 
-// Each vertex' normal as its neighbours have it.
-std::vector<Eigen::Vector3d> SmoothNormals(const TriangleMesh& mesh) {
-  std::vector<Eigen::Vector3d> normals = mesh.normals, sums(normals.size());
+// Each vertex' normal as its surroundings have it.
+std::vector<Eigen::Vector3d> SmoothNormals(const TriangleMesh& mesh, const VertexNeighbours& neighbours) {
+  std::vector<Eigen::Vector3d> normals = mesh.normals, before;
   for (int ring = 0; ring < kBendRings; ++ring) {
-    sums.assign(normals.size(), Eigen::Vector3d::Zero());
-    for (const Triangle& t : mesh.triangles) {
-      const Eigen::Vector3d sum = normals[t[0]] + normals[t[1]] + normals[t[2]];
-      for (std::uint32_t v : t) sums[v] += sum;
-    }
-    for (std::size_t v = 0; v < normals.size(); ++v)
-      if (sums[v].norm() > 0) normals[v] = sums[v].normalized();
+    before = normals;
+    ParallelFor(0, int(normals.size()), [&](int i) {
+      const auto v = std::size_t(i);
+      const auto around = neighbours.Of(v);
+      Eigen::Vector3d sum = double(around.size()) * before[v];
+      for (std::uint32_t other : around) sum += 2 * before[other];
+      if (sum.norm() > 0) normals[v] = sum.normalized();
+    });
   }
   return normals;
 }
@@ -157,7 +158,7 @@ TriangleMesh RefineMesh(const TriangleMesh& input, const std::vector<bool>& far,
       outlines = from_first(silhouettes.Pulls(mesh, progress));
     const bool outlined = std::ranges::any_of(outlines, [](const Pull& p) { return p.weight > 0; });
     const double anchor = options.anchor * (outlined ? 1 : kNoOutlines);
-    const std::vector<Eigen::Vector3d> smooth = SmoothNormals(mesh);
+    const std::vector<Eigen::Vector3d> smooth = SmoothNormals(mesh, neighbours);
     ParallelFor(0, int(count), [&](int i) {
       const auto v = std::size_t(i);
       fit.normal[v] = WithBend(QuadraticForm(shown.aop[v], mesh.normals[v]), smooth[v]);
@@ -166,7 +167,7 @@ TriangleMesh RefineMesh(const TriangleMesh& input, const std::vector<bool>& far,
                                {looks[v].move - moved[i], options.photometric * looks[v].weight}});
     });
     progress.Check();
-    const Eigen::VectorXd moves = FitMoves(mesh, fit);
+    const Eigen::VectorXd moves = FitMoves(mesh, neighbours, fit);
     for (std::size_t v = 0; v < count; ++v) mesh.vertices[v] += moves[Eigen::Index(v)] * mesh.normals[v];
     moved += moves;
     ComputeVertexNormals(mesh);

@@ -113,7 +113,7 @@ TEST(NormalFitting, AFlatPatchTakesTheSlopeThatItsNormalsAskFor) {
   const Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity() - asked * asked.transpose();
   NormalFit fit{std::vector<Eigen::Matrix3d>(grid.vertices.size(), matrix),
                 std::vector<Pull>(grid.vertices.size(), {0, 1e-9}), 0};
-  const Eigen::VectorXd moves = FitMoves(grid, fit);
+  const Eigen::VectorXd moves = FitMoves(grid, VertexNeighbours(grid.vertices.size(), grid.triangles), fit);
   for (std::size_t i = 0; i < grid.vertices.size(); ++i) {
     const Eigen::Vector3d& v = grid.vertices[i];
     EXPECT_NEAR(moves[Eigen::Index(i)], 0.02 * v.x() - 0.03 * v.y(), 1e-4);
@@ -124,7 +124,7 @@ TEST(NormalFitting, WithoutAnyNormalsEveryVertexGoesToItsPull) {
   const TriangleMesh grid = Grid();
   NormalFit fit{std::vector<Eigen::Matrix3d>(grid.vertices.size(), Eigen::Matrix3d::Zero()), {}, 0};
   for (const Eigen::Vector3d& v : grid.vertices) fit.pulls.push_back({0.05 * std::sin(9 * v.x()), 1});
-  const Eigen::VectorXd moves = FitMoves(grid, fit);
+  const Eigen::VectorXd moves = FitMoves(grid, VertexNeighbours(grid.vertices.size(), grid.triangles), fit);
   for (std::size_t i = 0; i < fit.pulls.size(); ++i)
     EXPECT_NEAR(moves[Eigen::Index(i)], fit.pulls[i].move, 1e-12);
 }
