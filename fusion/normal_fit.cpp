@@ -71,29 +71,58 @@ class VertexSystem {
   Eigen::VectorXd Solve() const {
     Eigen::VectorXd x = Eigen::VectorXd::Zero(right.size()), residual = right;
     Eigen::VectorXd step = residual.cwiseQuotient(diagonal_), product(right.size());
-    double size = residual.dot(step);
-    const double enough = kTolerance * kTolerance * right.squaredNorm();
-    for (int i = 0; i < kMostIterations && residual.squaredNorm() > enough; ++i) {
-      Multiply(step, product);
-      const double length = size / step.dot(product);
-      x += length * step, residual -= length * product;
-      const double before = size;
-      size = residual.dot(residual.cwiseQuotient(diagonal_));
-      step = residual.cwiseQuotient(diagonal_) + size / before * step;
+    double size = residual.dot(step), left = residual.squaredNorm();
+    const double enough = kTolerance * kTolerance * left;
+    for (int i = 0; i < kMostIterations && left > enough; ++i) {
+      const double curvature = SumOfBlocks([&](Eigen::Index begin, Eigen::Index count) {
+        Multiply(step, begin, count, product);
+        return Pair(step.segment(begin, count).dot(product.segment(begin, count)), 0);
+      })[0];
+      const double length = size / curvature;
+      const Pair sums = SumOfBlocks([&](Eigen::Index begin, Eigen::Index count) {
+        auto rest = residual.segment(begin, count);
+        x.segment(begin, count) += length * step.segment(begin, count);
+        rest -= length * product.segment(begin, count);
+        return Pair(rest.dot(rest.cwiseQuotient(diagonal_.segment(begin, count))), rest.squaredNorm());
+      });
+      SumOfBlocks([&](Eigen::Index begin, Eigen::Index count) {
+        auto part = step.segment(begin, count);
+        part = residual.segment(begin, count).cwiseQuotient(diagonal_.segment(begin, count)) +
+               sums[0] / size * part;
+        return Pair(0, 0);
+      });
+      size = sums[0], left = sums[1];
     }
-    if (!(residual.squaredNorm() <= enough))
+    if (!(left <= enough))
       throw Error("the mesh cannot be refined", std::to_string(x.size()) + " vertices", "Try --no-refine");
     return x;
   }
 
  private:
-  void Multiply(const Eigen::VectorXd& x, Eigen::VectorXd& out) const {
-    ParallelFor(0, int(x.size()), [&](int row) {
+  using Pair = Eigen::Vector2d;
+
+  // Of f(begin, count), in parallel; blocks do not depend on the number of threads.
+  template <class F>
+  Pair SumOfBlocks(const F& f) const {
+    constexpr Eigen::Index kBlock = 4096;
+    std::vector<Pair> sums(std::size_t((right.size() + kBlock - 1) / kBlock));
+    ParallelFor(0, int(sums.size()), [&](int i) {
+      const Eigen::Index begin = i * kBlock;
+      sums[std::size_t(i)] = f(begin, std::min(kBlock, right.size() - begin));
+    });
+    Pair sum(0, 0);
+    for (const Pair& s : sums) sum += s;
+    return sum;
+  }
+
+  void Multiply(const Eigen::VectorXd& x, Eigen::Index begin, Eigen::Index count,
+                Eigen::VectorXd& out) const {
+    for (Eigen::Index row = begin; row < begin + count; ++row) {
       double sum = diagonal_[row] * x[row];
       const double* value = beside_.data() + neighbours_.Begin(std::size_t(row));
       for (std::uint32_t column : neighbours_.Of(std::size_t(row))) sum += *value++ * x[column];
       out[row] = sum;
-    });
+    }
   }
 
   const VertexNeighbours& neighbours_;
