@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// fusion_scale FOLDER VIEWS WIDTH HEIGHT: writes a workspace of that many views of a ball, from all around
-// and filling the picture's height, if the folder holds none; fuses it; prints points, seconds and the
-// process's peak memory.
+// fusion_scale FOLDER VIEWS WIDTH HEIGHT [surface]: writes a workspace of that many views of a ball, from all
+// around and filling the picture's height, if the folder holds none; else fuses it or, with `surface`, does
+// the last step of stereo with it; prints points, seconds and the peak memory of the process and of COLMAP.
 #include <fmt/format.h>
 #include <sys/resource.h>
 
@@ -11,6 +11,9 @@
 
 #include "core/parallel.h"
 #include "fusion/fuse.h"
+#include "fusion/surface_maps.h"
+#include "stereo/polarpms/done_list.h"
+#include "stereo/polarpms/stage_inputs.h"
 #include "tests/fusion/sphere_scene.h"
 
 using namespace polarscan;
@@ -35,30 +38,61 @@ Workspace BallWorkspace(const std::filesystem::path& folder, int views, int widt
   return workspace;
 }
 
-double PeakGb() {
+double PeakGb(int who = RUSAGE_SELF) {
   rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
+  getrusage(who, &usage);
   return double(usage.ru_maxrss) * 1024 / 1e9;
+}
+
+void WriteMasks(const Workspace& workspace) {
+  for (int view = 0; view < int(workspace.views.size()); ++view) {
+    const Image<float> depth = ExactSphereMaps(workspace.views[std::size_t(view)]).depth;
+    Image<std::uint8_t> mask(depth.width(), depth.height());
+    for (std::size_t i = 0; i < depth.size(); ++i) mask.pixels()[i] = depth.pixels()[i] > 0 ? 255 : 0;
+    WritePng(workspace.MaskPath(view), mask);
+  }
+}
+
+// As if the maps had just been estimated.
+void DrawSurface(const std::filesystem::path& folder, const StereoOptions& options, Progress& progress) {
+  const Workspace workspace = ReadWorkspace(folder);
+  DoneList done(workspace, StereoInputHash(workspace, options));
+  for (int view = 0; view < int(workspace.views.size()); ++view) {
+    WriteMaps(workspace, view, kSeparateMaps, ReadMaps(workspace, view, kFinalMaps));
+    done.Add(view, kSeparateMaps);
+  }
+  EstimateMaps(folder, options, progress);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 5) {
-    fmt::print(stderr, "usage: fusion_scale FOLDER VIEWS WIDTH HEIGHT\n");
+  const bool surface = argc == 6 && std::string(argv[5]) == "surface";
+  if (argc != 5 && !surface) {
+    fmt::print(stderr, "usage: fusion_scale FOLDER VIEWS WIDTH HEIGHT [surface]\n");
     return 2;
   }
   const std::filesystem::path folder = argv[1];
   const int views = std::atoi(argv[2]), width = std::atoi(argv[3]), height = std::atoi(argv[4]);
   if (!std::filesystem::exists(folder / "views.json")) {
-    WriteSphere(BallWorkspace(folder, views, width, height));
+    const Workspace workspace = BallWorkspace(folder, views, width, height);
+    WriteSphere(workspace);
+    WriteMasks(workspace);
     fmt::print("written; run again to measure\n");  // so that the peak is fusion's alone
     return 0;
   }
   const auto begin = std::chrono::steady_clock::now();
   Progress progress;
+  const auto seconds = [&] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  };
+  if (surface) {
+    DrawSurface(folder, {}, progress);
+    fmt::print("{} views of {:.2f} MP: {:.0f} s, peak {:.2f} GB, COLMAP {:.2f} GB\n", views,
+               width * height / 1e6, seconds(), PeakGb(), PeakGb(RUSAGE_CHILDREN));
+    return 0;
+  }
   const CloudSummary cloud = FuseCloud(folder, folder / "cloud.ply", {}, progress);
-  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
   fmt::print("{} views of {:.2f} MP: {} points from {} pixels, {:.0f} s, peak {:.2f} GB\n", cloud.views,
-             width * height / 1e6, cloud.points, cloud.counts.with_depth, seconds.count(), PeakGb());
+             width * height / 1e6, cloud.points, cloud.counts.with_depth, seconds(), PeakGb());
 }

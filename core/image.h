@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <new>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -47,6 +49,18 @@ class Image {
   int width_ = 0, height_ = 0;
   std::vector<T, AlignedAllocator<T>> data_;
 };
+
+// The value at image point (u, v), from the four pixels whose centres lie around it; none where one is
+// missing.
+template <class T>
+std::optional<float> Bilinear(const Image<T>& image, double u, double v) {
+  const int left = int(std::floor(u - 0.5)), top = int(std::floor(v - 0.5));
+  if (!image.Contains(left, top) || !image.Contains(left + 1, top + 1)) return {};
+  const auto right = float(u - 0.5 - left), low = float(v - 0.5 - top);
+  const T *above = image.row(top) + left, *below = image.row(top + 1) + left;
+  return (1 - low) * ((1 - right) * float(above[0]) + right * float(above[1])) +
+         low * ((1 - right) * float(below[0]) + right * float(below[1]));
+}
 
 struct Rgb8 {
   std::uint8_t r = 0, g = 0, b = 0;

@@ -110,6 +110,11 @@ MapCache::MapCache(const Workspace& workspace, std::string kind, bool masks, std
   maps_.resize(workspace.views.size());
 }
 
+MapCache::~MapCache() {
+  maps_.clear();
+  malloc_trim(0);
+}
+
 MapCache::Entry MapCache::Load(int view) const {
   try {
     return {std::make_shared<ViewMaps>(LoadViewMaps(workspace_, view, kind_, masks_)), ""};

@@ -47,6 +47,7 @@ class MapCache {
   };
 
   MapCache(const Workspace& workspace, std::string kind, bool masks, std::size_t limit_bytes);
+  ~MapCache();  // gives the memory back to the system
   std::vector<Entry> Get(const std::vector<int>& views);
 
  private:

@@ -38,14 +38,14 @@ std::vector<Edge> DirectedEdges(std::span<const Triangle> triangles) {
   edges.reserve(3 * triangles.size());
   for (const Triangle& t : triangles)
     for (std::size_t i = 0; i < 3; ++i) edges.emplace_back(t[i], t[(i + 1) % 3]);
-  std::sort(edges.begin(), edges.end());
+  tbb::parallel_sort(edges.begin(), edges.end());
   return edges;
 }
 
 }  // namespace
 
 VertexNeighbours::VertexNeighbours(std::size_t vertices, std::span<const Triangle> triangles)
-    : begin_(vertices + 1, 0) {
+    : begin_(vertices + 1, 0), first_(vertices + 1, 0), triangles_(3 * triangles.size()) {
   std::vector<Edge> edges = DirectedEdges(triangles);
   const std::size_t count = edges.size();
   for (std::size_t i = 0; i < count; ++i) edges.emplace_back(edges[i].second, edges[i].first);
@@ -54,6 +54,13 @@ VertexNeighbours::VertexNeighbours(std::size_t vertices, std::span<const Triangl
   neighbours_.reserve(edges.size());
   for (const auto& [from, to] : edges) ++begin_[from + 1], neighbours_.push_back(to);
   std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
+
+  for (const Triangle& t : triangles)
+    for (std::uint32_t v : t) ++first_[v + 1];
+  std::partial_sum(first_.begin(), first_.end(), first_.begin());
+  std::vector<std::size_t> place = first_;
+  for (std::uint32_t i = 0; i < triangles.size(); ++i)
+    for (std::uint32_t v : triangles[i]) triangles_[place[v]++] = i;
 }
 
 Pieces FindPieces(std::size_t vertices, std::span<const Triangle> triangles) {
@@ -114,7 +121,7 @@ TriangleMesh Subdivided(const TriangleMesh& mesh, std::vector<bool>& marks) {
   edges.reserve(3 * mesh.triangles.size());
   for (const Triangle& t : mesh.triangles)
     for (std::size_t i = 0; i < 3; ++i) edges.emplace_back(std::minmax(t[i], t[(i + 1) % 3]));
-  std::sort(edges.begin(), edges.end());
+  tbb::parallel_sort(edges.begin(), edges.end());
   edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
   const auto middle = [&](std::uint32_t a, std::uint32_t b) {
     const auto found = std::lower_bound(edges.begin(), edges.end(), Edge(std::minmax(a, b)));

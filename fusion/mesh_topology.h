@@ -11,7 +11,8 @@ namespace polarscan {
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-// The vertices that share an edge with each vertex, ascending; all lists one after the other.
+// The vertices that share an edge with each vertex, ascending; all lists one after the other. And the
+// triangles that it belongs to.
 class VertexNeighbours {
  public:
   VertexNeighbours(std::size_t vertices, std::span<const Triangle> triangles);
@@ -20,10 +21,13 @@ class VertexNeighbours {
   }
   // Where the list of a vertex begins among all lists; all of them for the number of vertices.
   std::size_t Begin(std::size_t vertex) const { return begin_[vertex]; }
+  std::span<const std::uint32_t> TrianglesOf(std::size_t vertex) const {
+    return std::span(triangles_).subspan(first_[vertex], first_[vertex + 1] - first_[vertex]);
+  }
 
  private:
-  std::vector<std::size_t> begin_;
-  std::vector<std::uint32_t> neighbours_;
+  std::vector<std::size_t> begin_, first_;
+  std::vector<std::uint32_t> neighbours_, triangles_;
 };
 
 // The connected piece that each triangle belongs to: triangles that share a vertex lie in one piece. Pieces

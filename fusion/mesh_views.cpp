@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "core/parallel.h"
 
@@ -11,6 +12,7 @@ namespace {
 
 constexpr double kLeastCosine = 0.1;  // between normal and line of sight
 constexpr double kLift = 1e-3;        // of the distance to the camera: where rays begin
+constexpr float kFixed = 8192;        // constraints' directions, no longer than 4, in 16 bits
 
 // Of one view, by Embree.
 std::vector<bool> VisibleFrom(const DenseView& view, const TriangleMesh& mesh, const RayCaster& caster) {
@@ -60,21 +62,61 @@ PolarSample SamplePolar(const Image<PolarSample>& polar, double u, double v) {
   return {std::cos(phi), std::sin(phi), dop > 0 ? weight * length / dop : 0, length};
 }
 
-void AddAopConstraints(const TriangleMesh& mesh, const StereoView& view, const std::vector<bool>& visible,
-                       VertexConstraints& constraints) {
-  if (view.polar.empty()) return;
+VertexConstraints::VertexConstraints(std::size_t vertices, const std::vector<std::vector<bool>>& visible)
+    : begin_(vertices + 1, 0), count_(vertices, 0) {
+  for (std::size_t v = 0; v < vertices; ++v) {
+    std::size_t views = 0;
+    for (const std::vector<bool>& view : visible) views += view[v];
+    begin_[v + 1] = begin_[v] + std::min(views, kMost);
+  }
+  packed_.resize(begin_[vertices]);
+}
+
+void VertexConstraints::Add(std::size_t vertex, const AopConstraint& constraint) {
+  const std::span<Packed> all(packed_.data() + begin_[vertex], packed_.data() + begin_[vertex + 1]);
+  const auto fixed = [](const Eigen::Vector3f& v) {
+    std::array<std::int16_t, 3> out;
+    for (int k = 0; k < 3; ++k)
+      out[std::size_t(k)] = std::int16_t(std::lround(std::clamp(v[k] * kFixed, -32767.f, 32767.f)));
+    return out;
+  };
+  const Packed packed{fixed(constraint.diffuse), fixed(constraint.specular),
+                      std::uint16_t(std::lround(65535 * constraint.weight))};
+  if (count_[vertex] < all.size()) {
+    all[count_[vertex]++] = packed;
+  } else if (const auto least = std::ranges::min_element(all, {}, &Packed::weight);
+             least != all.end() && least->weight < packed.weight) {
+    *least = packed;
+  }
+}
+
+AopTable VertexConstraints::TableOf(std::size_t vertex) const {
+  AopTable table;
+  for (std::size_t i = 0; i < count_[vertex]; ++i) {
+    const Packed& p = packed_[begin_[vertex] + i];
+    const auto loose = [](const std::array<std::int16_t, 3>& v) -> Eigen::Vector3f {
+      return Eigen::Vector3f(v[0], v[1], v[2]) / kFixed;
+    };
+    table.Add({loose(p.diffuse), loose(p.specular), float(p.weight) / 65535});
+  }
+  table.Pad();
+  return table;
+}
+
+void AddAopConstraints(const TriangleMesh& mesh, const DenseView& view, const Image<PolarSample>& polar,
+                       const std::vector<bool>& visible, VertexConstraints& constraints) {
   const Eigen::Matrix3f world_from_cam = view.cam_from_world.rotation.transpose().cast<float>();
   ParallelFor(0, int(mesh.vertices.size()), [&](int i) {
     const auto vertex = std::size_t(i);
     if (!visible[vertex]) return;
     const Eigen::Vector3d p = view.cam_from_world * mesh.vertices[vertex];
     const Eigen::Vector2d at = view.camera.Project(p);
-    const PolarSample sample = SamplePolar(view.polar, at.x(), at.y());
+    const PolarSample sample = SamplePolar(polar, at.x(), at.y());
     if (sample.weight <= 0) return;
     AopConstraint constraint = MakeAopConstraint(sample, float(p.x() / p.z()), float(p.y() / p.z()));
     constraint.diffuse = world_from_cam * constraint.diffuse;
     constraint.specular = world_from_cam * constraint.specular;
-    constraints[vertex].push_back(constraint);
+    constraints.Add(vertex, constraint);
   });
 }
 

@@ -34,20 +34,22 @@ Face MakeFace(const TriangleMesh& mesh, const Triangle& t) {
 
 // What a face asks of its three vertices.
 struct FaceSystem {
-  Eigen::Matrix3d matrix;
-  Eigen::Vector3d target;
-  double area = 0;
+  Eigen::Matrix3f matrix;
+  Eigen::Vector3f target;
+  float area = 0;
 };
 
 FaceSystem MakeFaceSystem(const TriangleMesh& mesh, const NormalFit& fit, const Triangle& t) {
   const Face face = MakeFace(mesh, t);
   const Eigen::Matrix3d normal = (fit.normal[t[0]] + fit.normal[t[1]] + fit.normal[t[2]]) / 3;
   const Eigen::Matrix3d smooth = fit.smoothness * Eigen::Matrix3d::Identity();
-  return {face.area * face.slopes.transpose() * (normal + smooth) * face.slopes,
-          face.area * face.slopes.transpose() * (normal * face.normal), face.area};
+  const Eigen::Matrix3d weighted = face.area * face.slopes.transpose();
+  return {(weighted * (normal + smooth) * face.slopes).cast<float>(),
+          (weighted * (normal * face.normal)).cast<float>(), float(face.area)};
 }
 
-// A symmetric matrix with an entry for each vertex and each pair of neighbours, and a right-hand side.
+// A symmetric matrix with an entry for each vertex and each pair of neighbours, and a right-hand side. Single
+// precision suffices for what waits for memory.
 class VertexSystem {
  public:
   VertexSystem(const VertexNeighbours& neighbours, std::size_t vertices)
@@ -58,11 +60,15 @@ class VertexSystem {
 
   Eigen::VectorXd right;
 
-  double& At(std::uint32_t row, std::uint32_t column) {
-    if (row == column) return diagonal_[row];
+  // One row at a time, from any thread.
+  void Add(std::uint32_t row, std::uint32_t column, double value) {
+    if (row == column) {
+      diagonal_[row] += value;
+      return;
+    }
     const auto around = neighbours_.Of(row);
     const auto place = std::ranges::lower_bound(around, column) - around.begin();
-    return beside_[neighbours_.Begin(row) + std::size_t(place)];
+    beside_[neighbours_.Begin(row) + std::size_t(place)] += float(value);
   }
 
   // By conjugate gradients with the diagonal as preconditioner (Saad, Iterative Methods, 9.2), from zero.
@@ -118,15 +124,15 @@ class VertexSystem {
                 Eigen::VectorXd& out) const {
     for (Eigen::Index row = begin; row < begin + count; ++row) {
       double sum = diagonal_[row] * x[row];
-      const double* value = beside_.data() + neighbours_.Begin(std::size_t(row));
-      for (std::uint32_t column : neighbours_.Of(std::size_t(row))) sum += *value++ * x[column];
+      const float* value = beside_.data() + neighbours_.Begin(std::size_t(row));
+      for (std::uint32_t column : neighbours_.Of(std::size_t(row))) sum += double(*value++) * x[column];
       out[row] = sum;
     }
   }
 
   const VertexNeighbours& neighbours_;
   Eigen::VectorXd diagonal_;
-  std::vector<double> beside_;
+  std::vector<float> beside_;
 };
 
 }  // namespace
@@ -138,20 +144,21 @@ Eigen::VectorXd FitMoves(const TriangleMesh& mesh, const VertexNeighbours& neigh
     faces[std::size_t(i)] = MakeFaceSystem(mesh, fit, mesh.triangles[std::size_t(i)]);
   });
   VertexSystem system(neighbours, count);
-  std::vector<double> areas(count, 0);
-  for (std::size_t f = 0; f < faces.size(); ++f)
-    for (int i = 0; i < 3; ++i) {
-      const std::uint32_t row = mesh.triangles[f][std::size_t(i)];
-      system.right[row] += faces[f].target[i], areas[row] += faces[f].area / 3;
-      for (int j = 0; j < 3; ++j) system.At(row, mesh.triangles[f][std::size_t(j)]) += faces[f].matrix(i, j);
-    }
   const double edge = MeanEdge(mesh);
-  for (std::uint32_t v = 0; v < count; ++v) {
+  ParallelFor(0, int(count), [&](int row) {
+    const auto v = std::uint32_t(row);
+    double area = 0;
+    for (std::uint32_t f : neighbours.TrianglesOf(v)) {
+      const Triangle& t = mesh.triangles[f];
+      const auto i = std::ranges::find(t, v) - t.begin();
+      system.right[row] += double(faces[f].target[i]), area += double(faces[f].area) / 3;
+      for (int j = 0; j < 3; ++j) system.Add(v, t[std::size_t(j)], double(faces[f].matrix(i, j)));
+    }
     const Pull& pull = fit.pulls[v];
-    const double strength = pull.weight * std::max(areas[v] / (edge * edge), 1e-3);
-    system.At(v, v) += strength;
-    system.right[v] += strength * pull.move;
-  }
+    const double strength = pull.weight * std::max(area / (edge * edge), 1e-3);
+    system.Add(v, v, strength);
+    system.right[row] += strength * pull.move;
+  });
   return system.Solve().cwiseMax(-edge).cwiseMin(edge);
 }
 

@@ -23,16 +23,6 @@ using Lanes = Eigen::Array<float, 2 * kSteps, 1>;
 
 double EdgesAlong(int step) { return step - (kSteps - 1) / 2.0; }
 
-// The bilinear grey value; false outside of the picture.
-bool Sample(const Image<std::uint16_t>& gray, const Eigen::Vector2d& at, float& value) {
-  const int left = int(std::floor(at.x() - 0.5)), top = int(std::floor(at.y() - 0.5));
-  if (!gray.Contains(left, top) || !gray.Contains(left + 1, top + 1)) return false;
-  const auto u = float(at.x() - 0.5 - left), v = float(at.y() - 0.5 - top);
-  const std::uint16_t *above = gray.row(top) + left, *below = gray.row(top + 1) + left;
-  value = (1 - v) * ((1 - u) * above[0] + u * above[1]) + v * ((1 - u) * below[0] + u * below[1]);
-  return true;
-}
-
 // Means over each vertex and its neighbours, so many times, where `vertices` says; others stay.
 template <class T>
 void Spread(std::vector<T>& values, std::vector<T>& scratch, const std::vector<std::uint32_t>& vertices,
@@ -113,9 +103,11 @@ class ViewComparison {
       Lanes lanes;
       for (int k = 0; k < kSteps; ++k) {
         const Eigen::Vector3d p = begin + EdgesAlong(k) * along;
-        float value = 0;
-        if (p.z() <= 0 || !Sample(gray, view.camera.Project(p), value)) return;
-        lanes[k] = value, lanes[k + kSteps] = value * value;
+        if (p.z() <= 0) return;
+        const Eigen::Vector2d at = view.camera.Project(p);
+        const std::optional<float> value = Bilinear(gray, at.x(), at.y());
+        if (!value) return;
+        lanes[k] = *value, lanes[k + kSteps] = *value * *value;
       }
       own_[v] = means_[v] = lanes;
       seen_[v] = 1;

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <tbb/parallel_sort.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -26,18 +28,6 @@ Eigen::AlignedBox3f Box(std::span<const CloudPoint> cloud) {
   return box;
 }
 
-// How many cells of this width hold a point.
-std::size_t OccupiedCells(std::span<const CloudPoint> cloud, const Eigen::Vector3f& corner, double cell) {
-  std::vector<std::uint64_t> cells;
-  cells.reserve(cloud.size());
-  for (const CloudPoint& p : cloud) {
-    const Eigen::Vector3d at = (p.position - corner).cast<double>() / cell;
-    cells.push_back(std::uint64_t(at.x()) << 42 | std::uint64_t(at.y()) << 21 | std::uint64_t(at.z()));
-  }
-  std::sort(cells.begin(), cells.end());
-  return std::size_t(std::unique(cells.begin(), cells.end()) - cells.begin());
-}
-
 // Files that are not the user's: gone with the object.
 struct Scratch {
   fs::path path;
@@ -53,11 +43,22 @@ double PoissonCell(std::span<const CloudPoint> cloud, int depth) {
   return kCube * double(Box(cloud).sizes().maxCoeff()) / std::pow(2.0, depth);
 }
 
-int PoissonDepth(std::span<const CloudPoint> cloud) {
+std::size_t OccupiedCells(std::span<const CloudPoint> cloud, int depth) {
+  const double cell = PoissonCell(cloud, depth);
   const Eigen::Vector3f corner = Box(cloud).min();
+  std::vector<std::uint64_t> cells;
+  cells.reserve(cloud.size());
+  for (const CloudPoint& p : cloud) {
+    const Eigen::Vector3d at = (p.position - corner).cast<double>() / cell;
+    cells.push_back(std::uint64_t(at.x()) << 42 | std::uint64_t(at.y()) << 21 | std::uint64_t(at.z()));
+  }
+  tbb::parallel_sort(cells.begin(), cells.end());
+  return std::size_t(std::unique(cells.begin(), cells.end()) - cells.begin());
+}
+
+int PoissonDepth(std::span<const CloudPoint> cloud) {
   for (int depth = kFinest; depth > kCoarsestDepth; --depth)
-    if (kPointsPerCell * OccupiedCells(cloud, corner, PoissonCell(cloud, depth)) <= cloud.size())
-      return depth;
+    if (kPointsPerCell * OccupiedCells(cloud, depth) <= cloud.size()) return depth;
   return kCoarsestDepth;
 }
 

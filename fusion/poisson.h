@@ -15,6 +15,8 @@ constexpr int kCoarsestDepth = 5;  // at 4 COLMAP 3.8 makes dents of 0.6 cells i
 // The octree depth at which the surface's cells still hold two points each on average: finer cells would be
 // filled from their neighbours. The cube around the cloud has 2^depth cells along each side. 5 to 12.
 int PoissonDepth(std::span<const CloudPoint> cloud);
+// How many of them hold a point.
+std::size_t OccupiedCells(std::span<const CloudPoint> cloud, int depth);
 // Width of a cell at that depth, world units.
 double PoissonCell(std::span<const CloudPoint> cloud, int depth);
 

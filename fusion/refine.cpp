@@ -38,29 +38,33 @@ Image<std::uint16_t> Quantised(const Image<float>& gray) {
   return out;
 }
 
-// Reads the views one after the other.
+// Reads some views at a time.
 Shown Show(const TriangleMesh& mesh, const Workspace& workspace, const RefineOptions& options,
            Progress& progress) {
-  Shown shown{VertexConstraints(mesh.vertices.size()), {VisibleVertices(mesh, workspace, progress), {}}};
-  StereoOptions stereo;
-  stereo.masks = false;  // nothing here asks for them
-  stereo.polarization = options.polarization;
-  for (int view = 0; view < int(workspace.views.size()); ++view) {
-    progress.Check();
-    const StereoView loaded = LoadStereoView(workspace, view, 1, stereo);
-    AddAopConstraints(mesh, loaded, shown.looks.visible[std::size_t(view)], shown.aop);
-    shown.looks.grays.push_back(Quantised(loaded.gray));
+  constexpr std::size_t kAtOnce = 4;
+  const std::size_t views = workspace.views.size();
+  const bool polarized = options.polarization && workspace.polarized;
+  std::vector<std::vector<bool>> visible = VisibleVertices(mesh, workspace, progress);
+  VertexConstraints aop(mesh.vertices.size(), polarized ? visible : std::vector<std::vector<bool>>());
+  std::vector<Image<std::uint16_t>> grays(views);
+  for (std::size_t begin = 0; begin < views; begin += kAtOnce) {
+    std::vector<Image<PolarSample>> polar(std::min(kAtOnce, views - begin));
+    ParallelFor(0, int(polar.size()), [&](int i) {
+      progress.Check();
+      const StokesImage stokes = ReadViewLight(workspace, int(begin) + i);
+      grays[begin + std::size_t(i)] = Quantised(MakeGray(stokes.s0, 1));
+      if (polarized) polar[std::size_t(i)] = MakePolarSamples(stokes, {});
+    });
+    for (std::size_t i = 0; polarized && i < polar.size(); ++i)
+      AddAopConstraints(mesh, workspace.views[begin + i], polar[i], visible[begin + i], aop);
   }
-  return shown;
+  return {std::move(aop), {std::move(visible), std::move(grays)}};
 }
 
 // What the constraints ask of a normal near `normal`, as a quadratic form. The robust sum may be indefinite
 // where samples contradict each other: its negative part is left out.
-Eigen::Matrix3d QuadraticForm(const std::vector<AopConstraint>& constraints, const Eigen::Vector3d& normal) {
-  if (constraints.empty()) return Eigen::Matrix3d::Zero();
-  AopTable table;
-  for (const AopConstraint& constraint : constraints) table.Add(constraint);
-  table.Pad();
+Eigen::Matrix3d QuadraticForm(const AopTable& table, const Eigen::Vector3d& normal) {
+  if (table.count == 0) return Eigen::Matrix3d::Zero();
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> solver;
   solver.computeDirect(AopSystemSimd(table, normal.cast<float>(), kSoftness));
   const Eigen::Matrix3f& axes = solver.eigenvectors();
@@ -99,9 +103,10 @@ Pull Together(std::initializer_list<Pull> pulls) {
 
 void Count(const VertexConstraints& constraints, const std::vector<Pull>& outlines,
            const Eigen::VectorXd& moved, RefineCounts& counts) {
-  const auto n = double(constraints.size());
+  const auto n = double(outlines.size());
   counts = {0, moved.cwiseAbs().mean(), 0};
-  for (const auto& of_vertex : constraints) counts.views_per_vertex += double(of_vertex.size()) / n;
+  for (std::size_t v = 0; v < outlines.size(); ++v)
+    counts.views_per_vertex += double(constraints.CountOf(v)) / n;
   for (const Pull& pull : outlines) counts.outline_vertices += (pull.weight > 0) / n;
 }
 
@@ -161,7 +166,7 @@ TriangleMesh RefineMesh(const TriangleMesh& input, const std::vector<bool>& far,
     const std::vector<Eigen::Vector3d> smooth = SmoothNormals(mesh, neighbours);
     ParallelFor(0, int(count), [&](int i) {
       const auto v = std::size_t(i);
-      fit.normal[v] = WithBend(QuadraticForm(shown.aop[v], mesh.normals[v]), smooth[v]);
+      fit.normal[v] = WithBend(QuadraticForm(shown.aop.TableOf(v), mesh.normals[v]), smooth[v]);
       fit.pulls[v] = Together({{-moved[i], anchor * (far[v] ? kFarAnchor : 1)},
                                {outlines[v].move - moved[i], options.outline * outlines[v].weight},
                                {looks[v].move - moved[i], options.photometric * looks[v].weight}});

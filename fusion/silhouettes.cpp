@@ -14,27 +14,19 @@ constexpr double kStep = 0.5;  // px
 constexpr double kBeside = 1;  // px: a vertex farther inside of the mesh's own outline does not count
 constexpr int kHalvings = 4;   // of that, to find the outline
 
-// Share of the object at image point p, between pixels; nothing outside of the picture.
-std::optional<double> Inside(const Image<std::uint8_t>& mask, const Eigen::Vector2d& p) {
-  const int left = int(std::floor(p.x() - 0.5)), top = int(std::floor(p.y() - 0.5));
-  if (!mask.Contains(left, top) || !mask.Contains(left + 1, top + 1)) return {};
-  const double u = p.x() - 0.5 - left, v = p.y() - 0.5 - top;
-  return ((1 - u) * (1 - v) * mask(left, top) + u * (1 - v) * mask(left + 1, top) +
-          (1 - u) * v * mask(left, top + 1) + u * v * mask(left + 1, top + 1)) /
-         255;
-}
-
 // Pixels from p along `out` to the nearest place where the object ends; nothing within reach: none.
 std::optional<double> DistanceToEdge(const Image<std::uint8_t>& mask, const Eigen::Vector2d& p,
                                      const Eigen::Vector2d& out, double reach) {
-  std::optional<double> before = Inside(mask, p);
+  constexpr float kHalf = 127.5f;  // of a pixel belongs to the object
+  std::optional<float> before = Bilinear(mask, p.x(), p.y());
   if (!before) return {};
-  const double direction = *before >= 0.5 ? 1 : -1;
+  const double direction = *before >= kHalf ? 1 : -1;
   for (double at = kStep; at <= reach; at += kStep) {
-    const std::optional<double> here = Inside(mask, p + direction * at * out);
+    const Eigen::Vector2d place = p + direction * at * out;
+    const std::optional<float> here = Bilinear(mask, place.x(), place.y());
     if (!here) return {};
-    if ((*here >= 0.5) != (*before >= 0.5))
-      return direction * (at - kStep * (*here - 0.5) / (*here - *before));
+    if ((*here >= kHalf) != (*before >= kHalf))
+      return direction * (at - kStep * double((*here - kHalf) / (*here - *before)));
     before = here;
   }
   return {};

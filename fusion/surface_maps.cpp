@@ -27,8 +27,9 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMostPoints = 2'000'000;  // that make the surface: every second, third, ... of more
 constexpr std::size_t kLeastCloud = 100;
-constexpr double kCell = 2.2;          // px, of the octree that makes the surface: coarser ones lose detail
-constexpr int kFinestDepth = 10;       // of the octree; COLMAP needs some GB for it
+constexpr double kCell = 2.2;     // px, of the octree that makes the surface: coarser ones lose detail
+constexpr int kFinestDepth = 10;  // of the octree; COLMAP needs some GB for it
+constexpr std::size_t kMostCells = 1'000'000;  // of the octree: one step coarser is taken for more
 constexpr float kSame = 0.02f;         // share of the depth by which an estimate may differ from a membrane
 constexpr float kLeastFacing = 0.02f;  // cosine between a normal and the line of sight
 
@@ -80,7 +81,8 @@ Drawn CommonSurface(const Workspace& workspace, const std::string& kind, const f
   MeshOptions meshing;
   const double pixel = PixelSize(cloud, workspace);
   for (meshing.depth = kCoarsestDepth; PoissonCell(cloud, meshing.depth) > kCell * pixel;) ++meshing.depth;
-  if (meshing.depth > kFinestDepth)
+  if (OccupiedCells(cloud, meshing.depth) > kMostCells) --meshing.depth;
+  if (meshing.depth > kFinestDepth || OccupiedCells(cloud, meshing.depth) > kMostCells)
     throw NothingFound("the scene is too large for one surface as fine as its pictures", folder);
   meshing.refinement = RefinementBy(options);
   MeshSummary summary;

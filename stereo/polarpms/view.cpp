@@ -32,25 +32,6 @@ float NoiseWeight(float noise, float polarized, float limit_rad) {
   return polarized > 0 ? polarized * polarized / (polarized * polarized + sigma * sigma) : 0;
 }
 
-Image<PolarSample> MakePolarSamples(const StokesImage& stokes, const StereoOptions& options) {
-  Image<PolarSample> samples(stokes.s0.width(), stokes.s0.height());
-  const bool by_noise = options.polarization_evidence == "noise";
-  const float limit_rad = float(options.aop_noise_deg * std::numbers::pi / 180);
-  ParallelFor(0, samples.height(), [&](int y) {
-    for (int x = 0; x < samples.width(); ++x) {
-      const float s1 = stokes.s1(x, y), s2 = stokes.s2(x, y), noise = stokes.noise(x, y);
-      PolarSample& sample = samples(x, y);
-      if (!std::isfinite(noise)) continue;
-      const float phi = AngleOfPolarization(s1, s2);
-      sample.cos_phi = std::cos(phi), sample.sin_phi = std::sin(phi);
-      sample.dop = DegreeOfPolarization(stokes.s0(x, y), s1, s2);
-      sample.weight = by_noise ? NoiseWeight(noise, std::hypot(s1, s2), limit_rad)
-                               : DopWeight(sample.dop, float(options.dop_saturation));
-    }
-  });
-  return samples;
-}
-
 // Variance of S0 over 5x5 pixels against its noise, or the weight of the AoP, whichever is more; inside the
 // mask.
 Image<float> MakeEvidence(const StokesImage& stokes, const Image<PolarSample>& polar,
@@ -75,15 +56,6 @@ Image<float> MakeEvidence(const StokesImage& stokes, const Image<PolarSample>& p
     }
   });
   return evidence;
-}
-
-Image<float> MakeGray(const Image<float>& s0, float scale) {
-  Image<float> gray(s0.width(), s0.height());
-  ParallelFor(0, s0.height(), [&](int y) {
-    for (int x = 0; x < s0.width(); ++x)
-      gray(x, y) = std::pow(std::clamp(s0(x, y) * scale, 0.0f, 1.0f), 1 / 2.2f);
-  });
-  return gray;
 }
 
 Image<float> Half(const Image<float>& image) {
@@ -114,6 +86,34 @@ Image<std::uint8_t> HalfMask(const Image<std::uint8_t>& mask) {
 }
 
 }  // namespace
+
+Image<float> MakeGray(const Image<float>& s0, float scale) {
+  Image<float> gray(s0.width(), s0.height());
+  ParallelFor(0, s0.height(), [&](int y) {
+    for (int x = 0; x < s0.width(); ++x)
+      gray(x, y) = std::pow(std::clamp(s0(x, y) * scale, 0.0f, 1.0f), 1 / 2.2f);
+  });
+  return gray;
+}
+
+Image<PolarSample> MakePolarSamples(const StokesImage& stokes, const StereoOptions& options) {
+  Image<PolarSample> samples(stokes.s0.width(), stokes.s0.height());
+  const bool by_noise = options.polarization_evidence == "noise";
+  const float limit_rad = float(options.aop_noise_deg * std::numbers::pi / 180);
+  ParallelFor(0, samples.height(), [&](int y) {
+    for (int x = 0; x < samples.width(); ++x) {
+      const float s1 = stokes.s1(x, y), s2 = stokes.s2(x, y), noise = stokes.noise(x, y);
+      PolarSample& sample = samples(x, y);
+      if (!std::isfinite(noise)) continue;
+      const float phi = AngleOfPolarization(s1, s2);
+      sample.cos_phi = std::cos(phi), sample.sin_phi = std::sin(phi);
+      sample.dop = DegreeOfPolarization(stokes.s0(x, y), s1, s2);
+      sample.weight = by_noise ? NoiseWeight(noise, std::hypot(s1, s2), limit_rad)
+                               : DopWeight(sample.dop, float(options.dop_saturation));
+    }
+  });
+  return samples;
+}
 
 Pinhole HalfCamera(const Pinhole& c) {
   return {c.width / 2, c.height / 2, c.fx / 2, c.fy / 2, c.cx / 2, c.cy / 2};

@@ -44,6 +44,10 @@ struct DepthNormalMap {
 // The grey value's scale: the largest 99.5th percentile of S0 among at most 16 views.
 float GrayScale(const Workspace& workspace);
 
+// S0 as grey values, 0 to 1, with a gamma of 2.2; and a view's polarization. Sizes as the picture's.
+Image<float> MakeGray(const Image<float>& s0, float scale);
+Image<PolarSample> MakePolarSamples(const StokesImage& stokes, const StereoOptions& options);
+
 // The view, its size halved so often: means of 2x2 pixels (an odd last row or column is left out); a pixel is
 // invalid if one of the four is, and in the mask if one of the four is.
 StereoView LoadStereoView(const Workspace& workspace, int view, float gray_scale,

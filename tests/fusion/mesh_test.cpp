@@ -81,8 +81,13 @@ TEST(Topology, AnIcosphereIsClosedAndEverythingHasSixNeighboursButTheCorners) {
   const TriangleMesh sphere = Icosphere(3);
   EXPECT_TRUE(IsClosed(sphere));
   const VertexNeighbours neighbours(sphere.vertices.size(), sphere.triangles);
-  for (std::size_t v = 0; v < sphere.vertices.size(); ++v)
+  for (std::size_t v = 0; v < sphere.vertices.size(); ++v) {
     EXPECT_EQ(neighbours.Of(v).size(), v < 6 ? 4u : 6u);
+    ASSERT_EQ(neighbours.TrianglesOf(v).size(), v < 6 ? 4u : 6u);
+    EXPECT_TRUE(std::ranges::is_sorted(neighbours.TrianglesOf(v)));
+    for (std::uint32_t t : neighbours.TrianglesOf(v))
+      EXPECT_EQ(std::ranges::count(sphere.triangles[t], std::uint32_t(v)), 1);
+  }
 }
 
 TEST(Topology, AMissingTriangleLeavesALoopThatFillsIt) {

@@ -172,6 +172,27 @@ TEST(Silhouette, PointsBesideTheMasksAreOutsideAndThoseThatNoPictureShowsAreNot)
   EXPECT_EQ(outside, (std::vector<bool>{false, false, true, true, false}));
 }
 
+TEST(VertexConstraints, TheStrongestOfMoreThanThereIsRoomForAreKept) {
+  constexpr int kViews = int(VertexConstraints::kMost) + 20;
+  std::vector<std::vector<bool>> visible(kViews, {true, false});
+  visible[0][1] = true;
+  VertexConstraints constraints(2, visible);
+  const auto angle = [](int view) { return 0.1f * float(view); };
+  for (int view = 0; view < kViews; ++view) {
+    const Eigen::Vector3f diffuse(std::cos(angle(view)), std::sin(angle(view)), -1.5f);
+    constraints.Add(0, {diffuse, -diffuse, float((view * 31) % kViews + 1) / kViews});
+  }
+  EXPECT_EQ(constraints.CountOf(0), VertexConstraints::kMost);
+  EXPECT_EQ(constraints.CountOf(1), 0u);
+  const AopTable table = constraints.TableOf(0);
+  ASSERT_EQ(table.count, int(VertexConstraints::kMost));
+  for (int i = 0; i < table.count; ++i) {
+    EXPECT_GT(table.weight[i], 20.5f / kViews) << "the weakest 20";
+    EXPECT_NEAR(std::hypot(table.diffuse[0][i], table.diffuse[1][i]), 1, 2e-4);
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(table.diffuse[k][i], -table.specular[k][i], 2e-4);
+  }
+}
+
 SurfaceLooks LooksOf(const TriangleMesh& mesh, const Workspace& workspace) {
   Progress progress;
   SurfaceLooks looks{VisibleVertices(mesh, workspace, progress), {}};
