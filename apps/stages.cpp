@@ -57,7 +57,7 @@ void RunStereo(Scan& scan, const StereoOptions& options) {
   StereoOptions effective = options;
   scan.Run({"stereo", ToJson(Table(effective))}, [&](Progress& progress) -> nlohmann::json {
     EstimateMaps(scan.dense(), options, progress);
-    return {{"views", ReadWorkspace(scan.dense()).views.size()}};
+    return {{"views", ChosenViews(ReadWorkspace(scan.dense()), options.views).views.size()}};
   });
 }
 

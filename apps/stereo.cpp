@@ -49,7 +49,7 @@ void RunWorkspace(const StereoArguments& a, const StereoOptions& options, Contex
   AdoptColmapWorkspace(folder, context.progress);
   if (!a.shard.empty()) return RunShard(folder, a, options, context);
   EstimateMaps(folder, options, context.progress);
-  const std::size_t views = ReadWorkspace(folder).views.size();
+  const std::size_t views = ChosenViews(ReadWorkspace(folder), options.views).views.size();
   context.Finish({{"views", views}},
                  fmt::format("maps of {} views: {}; next: polarscan fuse {}, or colmap "
                              "stereo_fusion --workspace_path {}",

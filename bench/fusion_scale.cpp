@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // fusion_scale FOLDER VIEWS WIDTH HEIGHT [surface]: writes a workspace of that many views of a ball, from all
 // around and filling the picture's height, if the folder holds none; else fuses it or, with `surface`, does
-// the last step of stereo with it; prints points, seconds and the peak memory of the process and of COLMAP.
+// the last step of stereo with it (--cache 1); prints points, seconds and the peak memory of the process and
+// of COLMAP.
 #include <fmt/format.h>
 #include <sys/resource.h>
 
@@ -87,7 +88,9 @@ int main(int argc, char** argv) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   };
   if (surface) {
-    DrawSurface(folder, {}, progress);
+    StereoOptions options;
+    options.cache_gb = 1;
+    DrawSurface(folder, options, progress);
     fmt::print("{} views of {:.2f} MP: {:.0f} s, peak {:.2f} GB, COLMAP {:.2f} GB\n", views,
                width * height / 1e6, seconds(), PeakGb(), PeakGb(RUSAGE_CHILDREN));
     return 0;

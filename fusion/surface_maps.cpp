@@ -2,7 +2,9 @@
 #include "fusion/surface_maps.h"
 
 #include <fmt/format.h>
+#include <malloc.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -152,6 +154,7 @@ class SurfaceStep {
   void Draw(const std::string& before, const std::string& after) {
     if (done_.IsDone(after)) return;
     const std::optional<Drawn> surface = Surface(before);
+    malloc_trim(0);  // the making of it took several times as much
     progress_.Begin("maps from the surface", workspace_.views.size());
     for (int view = 0; view < int(workspace_.views.size()); ++view) {
       progress_.Check();
@@ -203,14 +206,25 @@ class SurfaceStep {
   Cache<DepthNormalMap> maps_;
 };
 
+// Of views that are not chosen now: maps of an earlier run with other options.
+void RemoveOtherMaps(const Workspace& all, const Workspace& chosen) {
+  for (int view = 0; view < int(all.views.size()); ++view) {
+    const auto same = [&](const DenseView& v) { return v.name == all.views[std::size_t(view)].name; };
+    if (std::ranges::any_of(chosen.views, same)) continue;
+    fs::remove(all.DepthPath(view, kFinalMaps));
+    fs::remove(all.NormalPath(view, kFinalMaps));
+  }
+}
+
 }  // namespace
 
 StereoPlan PlanMaps(const fs::path& dense, const StereoOptions& options) {
-  return PlanDepths(dense, WithSurfacesThatHelp(ReadWorkspace(dense), options));
+  return PlanDepths(dense, WithSurfacesThatHelp(ChosenViews(ReadWorkspace(dense), options.views), options));
 }
 
 void EstimateMaps(const fs::path& dense, const StereoOptions& asked, Progress& progress, const Shard& shard) {
-  const Workspace workspace = ReadWorkspace(dense);
+  const Workspace all = ReadWorkspace(dense), workspace = ChosenViews(all, asked.views);
+  if (shard.index == 0) RemoveOtherMaps(all, workspace);
   const StereoOptions options = WithSurfacesThatHelp(workspace, asked);
   if (options.surfaces == 0) return EstimateDepths(dense, options, progress, shard);
   const std::uint64_t inputs = StereoInputHash(workspace, options);  // reads all pictures: once

@@ -2,9 +2,11 @@
 #include "stereo/workspace.h"
 
 #include <fmt/format.h>
+#include <fnmatch.h>
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "core/error.h"
 #include "core/files.h"
@@ -98,6 +100,31 @@ Workspace ReadWorkspace(const std::filesystem::path& folder) {
       throw Error(fmt::format("impossible values for view {}", workspace.views[i].name), path.string(),
                   kAdvice);
   return workspace;
+}
+
+Workspace ChosenViews(const Workspace& workspace, const std::string& names) {
+  if (names.empty()) return workspace;
+  std::vector<bool> chosen(workspace.views.size(), false);
+  std::istringstream patterns(names);
+  for (std::string pattern; std::getline(patterns, pattern, ',');) {
+    bool found = false;
+    for (std::size_t i = 0; i < chosen.size(); ++i)
+      if (fnmatch(pattern.c_str(), workspace.views[i].name.c_str(), 0) == 0) chosen[i] = found = true;
+    if (!found)
+      throw Error("no view has this name", pattern,
+                  fmt::format("Names are as {}, or patterns as *{}", workspace.views.front().name,
+                              workspace.views.front().name.substr(1)));
+  }
+  std::vector<int> place(chosen.size(), -1);
+  Workspace part{workspace.folder, {}, workspace.polarized};
+  for (std::size_t i = 0; i < chosen.size(); ++i)
+    if (chosen[i]) place[i] = int(part.views.size()), part.views.push_back(workspace.views[i]);
+  if (part.views.size() < 2) throw Error("stereo needs two views at least", names);
+  for (DenseView& view : part.views) {
+    std::erase_if(view.sources, [&](int source) { return place[std::size_t(source)] < 0; });
+    for (int& source : view.sources) source = place[std::size_t(source)];
+  }
+  return part;
 }
 
 void WriteWorkspace(const Workspace& workspace) {

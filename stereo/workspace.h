@@ -68,6 +68,9 @@ struct Workspace {
 
 // Reads views.json. Throws Error if the folder holds no workspace of ours or a damaged one.
 Workspace ReadWorkspace(const std::filesystem::path& folder);
+// The views with one of these names, and what they say of each other. names: separated by commas, with * and
+// ? as in a shell; empty: all. Throws Error if a name is none of a view, or fewer than two are left.
+Workspace ChosenViews(const Workspace& workspace, const std::string& names);
 // Writes views.json (nothing else), atomically.
 void WriteWorkspace(const Workspace& workspace);
 

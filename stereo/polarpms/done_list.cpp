@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <thread>
 
@@ -89,9 +90,11 @@ void DoneList::WaitForOthers(const std::string& kind, Progress& progress) {
   const int wanted = int(workspace_.views.size());
   int there = Count(kind);
   auto last_news = Clock::now();
+  std::chrono::milliseconds pause(10);  // soon at first, then less often: somebody serves these files
   while (there < wanted) {
     progress.Check();
-    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    std::this_thread::sleep_for(pause);
+    pause = std::min(2 * pause, std::chrono::milliseconds(320));
     Read();
     const int now = Count(kind);
     if (now != there) last_news = Clock::now();

@@ -15,6 +15,7 @@ struct StereoOptions {
   bool masks = true;
   bool filter = true;
   int seed = 1;
+  std::string views;
 
   std::string schedule = "checkerboard";
   int levels = 3;

@@ -103,7 +103,7 @@ std::uint64_t StereoInputHash(const Workspace& workspace, StereoOptions options)
 }
 
 StereoPlan PlanDepths(const fs::path& dense, const StereoOptions& options) {
-  const Workspace workspace = ReadWorkspace(dense);
+  const Workspace workspace = ChosenViews(ReadWorkspace(dense), options.views);
   StereoPlan plan{int(workspace.views.size()), ObjectPixels(workspace, options), {}};
   if (options.schedule == "checkerboard")
     plan.steps = MultilevelSteps(workspace, options);
@@ -120,7 +120,7 @@ StereoPlan PlanDepths(const fs::path& dense, const StereoOptions& options) {
 
 void EstimateDepths(const fs::path& dense, const StereoOptions& options, Progress& progress,
                     const Shard& shard) {
-  const Workspace workspace = ReadWorkspace(dense);
+  const Workspace workspace = ChosenViews(ReadWorkspace(dense), options.views);
   EstimateDepths(workspace, options, StereoInputHash(workspace, options), progress, shard);
 }
 

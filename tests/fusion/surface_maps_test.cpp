@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "core/error.h"
 #include "core/process.h"
 #include "core/random.h"
 #include "stereo/polarpms/done_list.h"
@@ -33,8 +34,9 @@ class SurfaceMaps : public testing::Test {
   // Separate maps of the unit sphere, as stereo leaves them; change(view, maps) may damage some.
   void Write(const std::function<void(int, SphereMaps&)>& change) {
     WriteSphere(workspace_, change, kSeparateMaps);
-    DoneList done(workspace_, StereoInputHash(workspace_, options_));
-    for (int view = 0; view < int(workspace_.views.size()); ++view) done.Add(view, kSeparateMaps);
+    const Workspace chosen = ChosenViews(workspace_, options_.views);
+    DoneList done(chosen, StereoInputHash(chosen, options_));
+    for (int view = 0; view < int(chosen.views.size()); ++view) done.Add(view, kSeparateMaps);
   }
 
   static void AddNoise(int view, SphereMaps& maps) {
@@ -128,6 +130,29 @@ TEST_F(SurfaceMaps, StoppedInTheMiddleItGoesOnToTheSameBytesWithAnyNumberOfThrea
   EXPECT_FALSE(std::filesystem::exists(workspace_.DepthPath(17, kFinalMaps)));
   EstimateMaps(folder_.path(), options_, listener_);
   EXPECT_TRUE(FinalBytes() == undisturbed);
+}
+
+TEST_F(SurfaceMaps, OnlyTheViewsAskedForHaveMaps) {
+  Write(AddNoise);
+  EstimateMaps(folder_.path(), options_, listener_);
+  options_.views = "v10*,v11[0-3]";
+  Write(AddNoise);
+  EstimateMaps(folder_.path(), options_, listener_);
+  for (int view = 0; view < 18; ++view) {
+    EXPECT_EQ(std::filesystem::exists(workspace_.DepthPath(view, kFinalMaps)), view < 14) << view;
+    EXPECT_EQ(std::filesystem::exists(workspace_.NormalPath(view, kFinalMaps)), view < 14) << view;
+  }
+}
+
+TEST(ChosenViews, KeepTheirSourcesUnderTheirNewNumbers) {
+  TemporaryFolder folder;
+  const Workspace all = SphereWorkspace(folder.path(), 6), chosen = ChosenViews(all, "v105,v10[13]");
+  ASSERT_EQ(chosen.views.size(), 3u);
+  EXPECT_EQ(chosen.views[1].name, "v103");
+  EXPECT_EQ(chosen.views[1].sources, (std::vector<int>{0, 2}));
+  EXPECT_EQ(ChosenViews(all, "").views.size(), 6u);
+  EXPECT_THROW(ChosenViews(all, "v101,v2*"), Error);
+  EXPECT_THROW(ChosenViews(all, "v101"), Error);
 }
 
 TEST_F(SurfaceMaps, MapsThatMakeNoSurfaceStayAndThatIsSaid) {
