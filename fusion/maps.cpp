@@ -139,11 +139,12 @@ std::vector<MapCache::Entry> MapCache::Get(const std::vector<int>& views) {
     const int view = views[std::size_t(i)];
     const auto& kept = maps_[std::size_t(view)];
     entries[std::size_t(i)] = kept ? Entry{kept, ""} : Load(view);
+    if (!kept) malloc_trim(0);  // else gaps between maps that are kept hold up to twice as much again
   });
   for (std::size_t i = 0; i < views.size(); ++i)
     if (entries[i].maps) Keep(views[i], entries[i].maps);
   ShrinkTo(limit_bytes_);
-  malloc_trim(0);  // else gaps between maps that are kept hold half as much again
+  malloc_trim(0);
   return entries;
 }
 

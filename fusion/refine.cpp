@@ -38,21 +38,25 @@ Image<std::uint16_t> Quantised(const Image<float>& gray) {
   return out;
 }
 
+bool UsesAop(const Workspace& workspace, const RefineOptions& options) {
+  return options.polarization && workspace.polarized;
+}
+
 // Reads some views at a time.
 Shown Show(const TriangleMesh& mesh, const Workspace& workspace, const RefineOptions& options,
            Progress& progress) {
   constexpr std::size_t kAtOnce = 4;
   const std::size_t views = workspace.views.size();
-  const bool polarized = options.polarization && workspace.polarized;
+  const bool polarized = UsesAop(workspace, options), textured = options.photometric > 0;
   std::vector<std::vector<bool>> visible = VisibleVertices(mesh, workspace, progress);
   VertexConstraints aop(mesh.vertices.size(), polarized ? visible : std::vector<std::vector<bool>>());
   std::vector<Image<std::uint16_t>> grays(views);
-  for (std::size_t begin = 0; begin < views; begin += kAtOnce) {
+  for (std::size_t begin = 0; begin < views && (polarized || textured); begin += kAtOnce) {
     std::vector<Image<PolarSample>> polar(std::min(kAtOnce, views - begin));
     ParallelFor(0, int(polar.size()), [&](int i) {
       progress.Check();
       const StokesImage stokes = ReadViewLight(workspace, int(begin) + i);
-      grays[begin + std::size_t(i)] = Quantised(MakeGray(stokes.s0, 1));
+      if (textured) grays[begin + std::size_t(i)] = Quantised(MakeGray(stokes.s0, 1));
       if (polarized) polar[std::size_t(i)] = MakePolarSamples(stokes, {});
     });
     for (std::size_t i = 0; polarized && i < polar.size(); ++i)
@@ -137,7 +141,7 @@ bool CanRefine(const Workspace& workspace, const RefineOptions& options) {
   bool masks = false;
   for (int view = 0; options.masks && view < int(workspace.views.size()); ++view)
     masks = masks || std::filesystem::exists(workspace.MaskPath(view));
-  return masks || (options.polarization && workspace.polarized);
+  return masks || UsesAop(workspace, options);
 }
 
 TriangleMesh RefineMesh(const TriangleMesh& input, const std::vector<bool>& far, const Workspace& workspace,
