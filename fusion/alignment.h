@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/camera.h"
-#include "fusion/similarity.h"
+#include "core/similarity.h"
 #include "stereo/sfm/model.h"
 #include "stereo/workspace.h"
 

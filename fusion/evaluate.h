@@ -8,7 +8,7 @@
 #include "core/mesh.h"
 #include "core/options.h"
 #include "core/progress.h"
-#include "fusion/similarity.h"
+#include "core/similarity.h"
 #include "stereo/workspace.h"
 
 namespace polarscan {

@@ -229,7 +229,7 @@ SparseModel MapViews(const Mapping& m, const MappingAttempt& attempt) {
   return BestModel(output, m.progress);
 }
 
-SparseModel TriangulatePoints(const Mapping& m, const SparseModel& known) {
+SparseModel TriangulatePoints(const Mapping& m, const SparseModel& known, double limit_px) {
   const auto images = ReadDatabase(m);
   SparseModel input;
   input.cameras = known.cameras;
@@ -244,6 +244,9 @@ SparseModel TriangulatePoints(const Mapping& m, const SparseModel& known) {
   std::vector<ColmapOption> options = MapperOptions(m, output);
   options.push_back({{"input_path"}, folder, true});
   options.push_back({{"clear_points"}, "1"});
+  for (const char* limit :
+       {"filter_max_reproj_error", "tri_merge_max_reproj_error", "tri_complete_max_reproj_error"})
+    options.push_back({{std::string("Mapper.") + limit}, fmt::format("{}", limit_px)});
   m.colmap.Run("point_triangulator", options, "points", m.views.size(), "Triangulating image");
   return BestModel(output.parent_path(), m.progress);
 }

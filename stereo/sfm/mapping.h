@@ -46,8 +46,9 @@ SparseModel MapViews(const Mapping& mapping, const MappingAttempt& attempt);
 // is none. A damaged model is skipped with a warning.
 SparseModel BestModel(const std::filesystem::path& models, Progress& progress);
 
-// Points for known poses: COLMAP's point_triangulator on the database's matches.
-SparseModel TriangulatePoints(const Mapping& mapping, const SparseModel& known);
+// Points for known poses: COLMAP's point_triangulator on the database's matches. limit_px: reprojection error
+// of a point that is kept; 4 is COLMAP's own.
+SparseModel TriangulatePoints(const Mapping& mapping, const SparseModel& known, double limit_px = 4);
 
 // What COLMAP found out about the views, for messages.
 std::map<std::string, DatabaseImage> ReadDatabase(const Mapping& mapping);

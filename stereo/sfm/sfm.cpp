@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "stereo/sfm/bundle_adjustment.h"
 #include "stereo/sfm/camera_models.h"
 #include "stereo/sfm/known_poses.h"
 #include "stereo/sfm/mapping.h"
@@ -116,6 +117,7 @@ SparseModel EstimateByColmap(const Mapping& m) {
 SparseModel Triangulate(const Mapping& m, const SparseModel& known) {
   ExtractFeatures(m);
   MatchFeatures(m, m.views.size() <= kExhaustiveLimit ? "exhaustive" : "sequential");
+  if (m.options.bundle_adjustment) return AdjustKnownPoses(m, known);
   const SparseModel model = TriangulatePoints(m, known);
   if (model.images.size() == known.images.size()) return model;
   m.progress.Warn("COLMAP could not triangulate points; the depth ranges come from cameras and masks");
@@ -151,6 +153,8 @@ OptionTable Table(SfmOptions& o) {
       {"min-registered", &o.min_registered, "share of views that must be placed", "", 0, 1},
       {"triangulate", &o.triangulate,
        "with known poses: triangulate sparse points (slower; depth ranges also come from masks)"},
+      {"bundle-adjustment", &o.bundle_adjustment,
+       "with known poses that are only nearly right: adjust them to the pictures (implies --triangulate)"},
       {"sfm-seed", &o.seed, "random numbers of COLMAP", "", 0, 2147483647},
       {"colmap", &o.colmap, "COLMAP's program, a name or a path"},
   };
@@ -170,7 +174,7 @@ SparseModel EstimatePoses(const fs::path& views_folder, const fs::path& sfm_fold
   std::map<std::string, DatabaseImage> database;
   const fs::path log = sfm_folder / "colmap.log";
   if (known_model) model = SelectKnownPoses(ReadSparseModel(*known_model), views, known_model->string());
-  if (!known_model || options.triangulate) {
+  if (!known_model || options.triangulate || options.bundle_adjustment) {
     fs::remove(log);
     Colmap colmap(options.colmap, log, progress);
     const Mapping mapping{views,   fs::absolute(views_folder), fs::absolute(sfm_folder), options, colmap,

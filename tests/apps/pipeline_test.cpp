@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -14,7 +15,10 @@
 
 #include "core/files.h"
 #include "core/mesh.h"
+#include "core/random.h"
+#include "core/similarity.h"
 #include "program.h"
+#include "stereo/sfm/model.h"
 #include "toy_scan.h"
 
 namespace polarscan::test {
@@ -410,6 +414,53 @@ TEST_F(Pipeline, PhotosWithoutPolarizationReconstructAndTheMessageSaysSo) {
       << outcome.err;
   EXPECT_EQ(ReadJson(scan / "scan.json")["views"]["polarized"], false);
   EXPECT_GT(ReadJson(scan / "scan.json")["cloud"]["points"], 300);
+}
+
+// Root mean square distance of the camera centres after the best similarity.
+double Misplacement(const SparseModel& model, const SparseModel& truth) {
+  std::vector<Eigen::Vector3d> centers, wanted;
+  for (const auto& [id, image] : model.images)
+    for (const auto& [true_id, true_image] : truth.images)
+      if (fs::path(image.name).stem() == fs::path(true_image.name).stem()) {
+        centers.push_back(image.cam_from_world.Center());
+        wanted.push_back(true_image.cam_from_world.Center());
+      }
+  const Similarity similarity = EstimateSimilarity(centers, wanted);
+  double sum = 0;
+  for (std::size_t i = 0; i < centers.size(); ++i) sum += (similarity * centers[i] - wanted[i]).squaredNorm();
+  return std::sqrt(sum / double(centers.size()));
+}
+
+TEST_F(Pipeline, PosesThatAreOnlyNearlyRightAreAdjustedToThePictures) {
+  if (!HasProgram("colmap")) GTEST_SKIP() << "COLMAP is not installed";
+  const fs::path input = Folder("input"), scan = Folder("scan");
+  const Outcome pictures = RunPolarscan({"simulate", "-o", input.string(), "--masks", "--known-poses",
+                                         "--width", "320", "--height", "272", "--rings", "45:8", "--samples",
+                                         "1", "--texture", "strong", "--light", "overcast", "--fov", "50"});
+  ASSERT_EQ(pictures.exit_code, kDone) << pictures.err;
+  const SparseModel truth = ReadSparseModel(input / "sparse");
+  SparseModel given = truth;
+  Random random(5);
+  const auto error = [&] { return Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal()); };
+  for (auto& [id, image] : given.images) {
+    Rigid& pose = image.cam_from_world;
+    const Eigen::Vector3d turn = 0.01 * error();
+    pose.rotation = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix() * pose.rotation;
+    pose.translation += 0.03 * error();
+  }
+  WriteSparseModelText(input / "sparse", given);
+  const Outcome outcome = RunPolarscan(
+      {"reconstruct", input.string(), "-o", scan.string(), "--bundle-adjustment", "--no-mesh", "--preset",
+       "fast", "--levels", "1", "--surfaces", "0", "--max-image-size", "64", "--fusion-min-views", "2"});
+  ASSERT_EQ(outcome.exit_code, kDone) << outcome.err;
+  EXPECT_NE(outcome.err.find("bundle adjustment of"), std::string::npos) << outcome.err;
+  const SparseModel adjusted = ReadSparseModel(scan / "sfm/model");
+  ASSERT_EQ(adjusted.images.size(), 8u);
+  EXPECT_LT(Misplacement(adjusted, truth), 0.5 * Misplacement(given, truth));
+  for (const auto& [id, image] : adjusted.images)  // in the frame of what was given
+    for (const auto& [given_id, other] : given.images)
+      if (fs::path(image.name).stem() == fs::path(other.name).stem())
+        EXPECT_LT((image.cam_from_world.Center() - other.cam_from_world.Center()).norm(), 0.15) << image.name;
 }
 
 TEST_F(Pipeline, AConfigurationFileSetsOptionsAndTheCommandLineGoesBeforeIt) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fusion/similarity.h"
+#include "core/similarity.h"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
