@@ -8,8 +8,8 @@ namespace polarscan {
 
 // Calls f(i) for begin <= i < end on TBB's threads (their number is the program's business:
 // tbb::global_control in apps/). f must give the same result in any order. An exception thrown by f reaches
-// the caller. A thread that waits for a loop inside of f takes up nothing of other loops meanwhile, so no more
-// calls of f are begun than there are threads.
+// the caller. A thread that waits for a loop inside of f takes up nothing of other loops meanwhile, so no
+// more calls of f are begun than there are threads.
 template <class F>
 void ParallelFor(int begin, int end, F&& f) {
   tbb::this_task_arena::isolate([&] {
