@@ -13,9 +13,9 @@
 #include "apps/report_util.h"
 #include "core/error.h"
 #include "core/files.h"
-#include "fusion/alignment.h"
 #include "fusion/cloud.h"
 #include "fusion/thresholds.h"
+#include "stereo/sfm/alignment.h"
 
 namespace polarscan {
 namespace {

@@ -45,15 +45,6 @@ double PeakGb(int who = RUSAGE_SELF) {
   return double(usage.ru_maxrss) * 1024 / 1e9;
 }
 
-void WriteMasks(const Workspace& workspace) {
-  for (int view = 0; view < int(workspace.views.size()); ++view) {
-    const Image<float> depth = ExactSphereMaps(workspace.views[std::size_t(view)]).depth;
-    Image<std::uint8_t> mask(depth.width(), depth.height());
-    for (std::size_t i = 0; i < depth.size(); ++i) mask.pixels()[i] = depth.pixels()[i] > 0 ? 255 : 0;
-    WritePng(workspace.MaskPath(view), mask);
-  }
-}
-
 // As if the maps had just been estimated.
 void DrawSurface(const std::filesystem::path& folder, const StereoOptions& options, Progress& progress) {
   const Workspace workspace = ReadWorkspace(folder);
@@ -78,7 +69,7 @@ int main(int argc, char** argv) {
   if (!std::filesystem::exists(folder / "views.json")) {
     const Workspace workspace = BallWorkspace(folder, views, width, height);
     WriteSphere(workspace);
-    WriteMasks(workspace);
+    WriteSphereMasks(workspace);
     fmt::print("written; run again to measure\n");  // so that the peak is fusion's alone
     return 0;
   }

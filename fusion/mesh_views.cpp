@@ -91,6 +91,7 @@ void VertexConstraints::Add(std::size_t vertex, const AopConstraint& constraint)
 }
 
 AopTable VertexConstraints::TableOf(std::size_t vertex) const {
+  static_assert(kMost <= AopTable::kMost);
   AopTable table;
   for (std::size_t i = 0; i < count_[vertex]; ++i) {
     const Packed& p = packed_[begin_[vertex] + i];

@@ -2,7 +2,6 @@
 #include "fusion/poisson.h"
 
 #include <fmt/format.h>
-
 #include <tbb/parallel_sort.h>
 
 #include <Eigen/Geometry>

@@ -11,6 +11,7 @@
 #include "fusion/mesh_views.h"
 #include "fusion/normal_fit.h"
 #include "fusion/photometric.h"
+#include "fusion/silhouettes.h"
 #include "stereo/rounds/aop_table.h"
 
 namespace polarscan {

@@ -83,8 +83,9 @@ Drawn CommonSurface(const Workspace& workspace, const std::string& kind, const f
   MeshOptions meshing;
   const double pixel = PixelSize(cloud, workspace);
   for (meshing.depth = kCoarsestDepth; PoissonCell(cloud, meshing.depth) > kCell * pixel;) ++meshing.depth;
-  if (OccupiedCells(cloud, meshing.depth) > kMostCells) --meshing.depth;
-  if (meshing.depth > kFinestDepth || OccupiedCells(cloud, meshing.depth) > kMostCells)
+  std::size_t cells = OccupiedCells(cloud, meshing.depth);
+  if (cells > kMostCells) cells = OccupiedCells(cloud, --meshing.depth);
+  if (meshing.depth > kFinestDepth || cells > kMostCells)
     throw NothingFound("the scene is too large for one surface as fine as its pictures", folder);
   meshing.refinement = RefinementBy(options);
   MeshSummary summary;
@@ -209,25 +210,16 @@ class SurfaceStep {
 // Of views that are not chosen now: maps of an earlier run with other options.
 void RemoveOtherMaps(const Workspace& all, const Workspace& chosen) {
   for (int view = 0; view < int(all.views.size()); ++view) {
-    const auto same = [&](const DenseView& v) { return v.name == all.views[std::size_t(view)].name; };
-    if (std::ranges::any_of(chosen.views, same)) continue;
+    const std::string& name = all.views[std::size_t(view)].name;
+    if (std::ranges::binary_search(chosen.views, name, {}, &DenseView::name)) continue;
     fs::remove(all.DepthPath(view, kFinalMaps));
     fs::remove(all.NormalPath(view, kFinalMaps));
   }
 }
 
-}  // namespace
-
-StereoPlan PlanMaps(const fs::path& dense, const StereoOptions& options) {
-  return PlanDepths(dense, WithSurfacesThatHelp(ChosenViews(ReadWorkspace(dense), options.views), options));
-}
-
-void EstimateMaps(const fs::path& dense, const StereoOptions& asked, Progress& progress, const Shard& shard) {
-  const Workspace all = ReadWorkspace(dense), workspace = ChosenViews(all, asked.views);
-  if (shard.index == 0) RemoveOtherMaps(all, workspace);
-  const StereoOptions options = WithSurfacesThatHelp(workspace, asked);
-  if (options.surfaces == 0) return EstimateDepths(dense, options, progress, shard);
-  const std::uint64_t inputs = StereoInputHash(workspace, options);  // reads all pictures: once
+// All steps, the surfaces among them.
+void EstimateWithSurfaces(const Workspace& workspace, const StereoOptions& options, std::uint64_t inputs,
+                          Progress& progress, const Shard& shard) {
   if (!DoneList(workspace, inputs, shard).IsDone(kFinalMaps)) {
     EstimateDepths(workspace, options, inputs, progress, shard);
     if (shard.count > 1) return;
@@ -239,6 +231,23 @@ void EstimateMaps(const fs::path& dense, const StereoOptions& asked, Progress& p
   for (int turn = 1; turn < options.surfaces; ++turn) done.Remove(TurnMaps(turn));
   done.Remove(kSeparateMaps);
   done.KeepOnly(kFinalMaps);
+}
+
+}  // namespace
+
+StereoPlan PlanMaps(const fs::path& dense, const StereoOptions& options) {
+  return PlanDepths(dense, WithSurfacesThatHelp(ChosenViews(ReadWorkspace(dense), options.views), options));
+}
+
+void EstimateMaps(const fs::path& dense, const StereoOptions& asked, Progress& progress, const Shard& shard) {
+  const Workspace all = ReadWorkspace(dense), workspace = ChosenViews(all, asked.views);
+  const StereoOptions options = WithSurfacesThatHelp(workspace, asked);
+  const std::uint64_t inputs = StereoInputHash(workspace, options);  // reads all pictures: once
+  if (options.surfaces > 0)
+    EstimateWithSurfaces(workspace, options, inputs, progress, shard);
+  else
+    EstimateDepths(workspace, options, inputs, progress, shard);
+  if (shard.count == 1) RemoveOtherMaps(all, workspace);  // last: nothing is lost if this run fails
 }
 
 }  // namespace polarscan

@@ -59,9 +59,8 @@ OptionTable Table(StereoOptions& o) {
       {"filter", &o.filter, "drop unreliable pixels at the end (off: every pixel keeps its estimate)"},
       {"seed", &o.seed, "random numbers; the same seed gives the same bytes", "", 0, 2147483647},
       {"views", &o.views,
-       "only the views with these names, separated by commas; * and ? as in a shell: 0*,left/1?; the others "
-       "have "
-       "no maps then"},
+       "only the views with these names, separated by commas; * and ? as in a shell: 0*,left/1?; "
+       "the others have no maps then"},
       {"schedule",
        &o.schedule,
        "sequential: four sweeps an iteration, a photometric and a geometric pass, as published; "

@@ -3,11 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "core/error.h"
 #include "core/files.h"
-#include "core/similarity.h"
+#include "stereo/sfm/alignment.h"
 
 namespace polarscan {
 namespace {
@@ -32,49 +30,28 @@ SparseModel Adjusted(const Mapping& m, const SparseModel& model) {
   return BestModel(output.parent_path(), m.progress);
 }
 
-std::vector<Eigen::Vector3d> Centers(const SparseModel& model) {
-  std::vector<Eigen::Vector3d> centers;
-  for (const auto& [id, image] : model.images) centers.push_back(image.cam_from_world.Center());
-  return centers;
-}
-
-// Images have the same ids in both.
-SparseModel Moved(SparseModel model, const SparseModel& known) {
-  Similarity similarity;
-  try {
-    similarity = EstimateSimilarity(Centers(model), Centers(known));
-  } catch (const Error&) {
-    return model;
-  }
-  for (auto& [id, image] : model.images) image.cam_from_world = similarity(image.cam_from_world);
-  for (auto& [id, point] : model.points) point.position = similarity * point.position;
-  return model;
-}
-
 }  // namespace
 
 SparseModel AdjustKnownPoses(const Mapping& m, const SparseModel& known) {
   SparseModel model = known;
+  const auto is_whole = [&] { return model.images.size() == known.images.size() && !model.points.empty(); };
   for (const double limit_px : {kLoosePx, kTightPx}) {
     model = TriangulatePoints(m, model, limit_px);
-    if (model.images.size() == known.images.size() && !model.points.empty()) model = Adjusted(m, model);
-    if (model.images.size() == known.images.size() && !model.points.empty()) continue;
+    if (is_whole()) model = Adjusted(m, model);
+    if (is_whole()) continue;
     m.progress.Warn("COLMAP could not adjust the poses: they are taken as they were given");
     return known;
   }
-  SparseModel given;  // with the ids of the database
-  for (const auto& [id, image] : model.images)
-    for (const auto& [known_id, known_image] : known.images)
-      if (known_image.name == image.name) given.images[id] = known_image;
-  model = Moved(std::move(model), given);
-  double sum = 0, most = 0;
-  for (const auto& [id, image] : model.images) {
-    const double moved = (image.cam_from_world.Center() - given.images.at(id).cam_from_world.Center()).norm();
-    sum += moved, most = std::max(most, moved);
+  try {
+    const Alignment moved = AlignCameras(Poses(model), Poses(known));
+    for (auto& [id, image] : model.images) image.cam_from_world = moved.truth_from_scan(image.cam_from_world);
+    for (auto& [id, point] : model.points) point.position = moved.truth_from_scan * point.position;
+    m.progress.Info(
+        fmt::format("bundle adjustment of {} points moved the cameras by {:.2g} rms, {:.2g} at most",
+                    model.points.size(), moved.rms, moved.max));
+  } catch (const Error&) {  // on one line, or fewer than three: they stay where COLMAP left them
+    m.progress.Info(fmt::format("bundle adjustment of {} points", model.points.size()));
   }
-  m.progress.Info(
-      fmt::format("bundle adjustment of {} points moved the cameras by {:.2g} on average, {:.2g} at most",
-                  model.points.size(), sum / double(model.images.size()), most));
   return model;
 }
 

@@ -16,8 +16,8 @@
 #include "core/files.h"
 #include "core/mesh.h"
 #include "core/random.h"
-#include "core/similarity.h"
 #include "program.h"
+#include "stereo/sfm/alignment.h"
 #include "stereo/sfm/model.h"
 #include "toy_scan.h"
 
@@ -416,21 +416,6 @@ TEST_F(Pipeline, PhotosWithoutPolarizationReconstructAndTheMessageSaysSo) {
   EXPECT_GT(ReadJson(scan / "scan.json")["cloud"]["points"], 300);
 }
 
-// Root mean square distance of the camera centres after the best similarity.
-double Misplacement(const SparseModel& model, const SparseModel& truth) {
-  std::vector<Eigen::Vector3d> centers, wanted;
-  for (const auto& [id, image] : model.images)
-    for (const auto& [true_id, true_image] : truth.images)
-      if (fs::path(image.name).stem() == fs::path(true_image.name).stem()) {
-        centers.push_back(image.cam_from_world.Center());
-        wanted.push_back(true_image.cam_from_world.Center());
-      }
-  const Similarity similarity = EstimateSimilarity(centers, wanted);
-  double sum = 0;
-  for (std::size_t i = 0; i < centers.size(); ++i) sum += (similarity * centers[i] - wanted[i]).squaredNorm();
-  return std::sqrt(sum / double(centers.size()));
-}
-
 TEST_F(Pipeline, PosesThatAreOnlyNearlyRightAreAdjustedToThePictures) {
   if (!HasProgram("colmap")) GTEST_SKIP() << "COLMAP is not installed";
   const fs::path input = Folder("input"), scan = Folder("scan");
@@ -456,7 +441,10 @@ TEST_F(Pipeline, PosesThatAreOnlyNearlyRightAreAdjustedToThePictures) {
   EXPECT_NE(outcome.err.find("bundle adjustment of"), std::string::npos) << outcome.err;
   const SparseModel adjusted = ReadSparseModel(scan / "sfm/model");
   ASSERT_EQ(adjusted.images.size(), 8u);
-  EXPECT_LT(Misplacement(adjusted, truth), 0.5 * Misplacement(given, truth));
+  const auto misplacement = [&](const SparseModel& model) {
+    return AlignCameras(Poses(model), Poses(truth)).rms;
+  };
+  EXPECT_LT(misplacement(adjusted), 0.5 * misplacement(given));
   for (const auto& [id, image] : adjusted.images)  // in the frame of what was given
     for (const auto& [given_id, other] : given.images) {
       const double moved = (image.cam_from_world.Center() - other.cam_from_world.Center()).norm();

@@ -4,12 +4,12 @@
 #include <gtest/gtest.h>
 
 #include "core/random.h"
-#include "fusion/alignment.h"
 #include "fusion/cloud.h"
 #include "fusion/error_statistics.h"
 #include "fusion/fuse.h"
 #include "fusion/surface.h"
 #include "fusion/thresholds.h"
+#include "stereo/sfm/alignment.h"
 #include "tests/fusion/sphere_scene.h"
 
 namespace polarscan {

@@ -116,6 +116,16 @@ inline void WriteSphere(
   }
 }
 
+// Masks of the pixels that see the sphere.
+inline void WriteSphereMasks(const Workspace& workspace) {
+  for (int view = 0; view < int(workspace.views.size()); ++view) {
+    const Image<float> depth = ExactSphereMaps(workspace.views[std::size_t(view)]).depth;
+    Image<std::uint8_t> mask(depth.width(), depth.height());
+    for (std::size_t i = 0; i < depth.size(); ++i) mask.pixels()[i] = depth.pixels()[i] > 0 ? 255 : 0;
+    WritePng(workspace.MaskPath(view), mask);
+  }
+}
+
 // The unit sphere in `rings` rings of latitude; its triangles lie at most (pi / rings)^2 / 2 inside.
 inline TriangleMesh SphereMesh(int rings) {
   TriangleMesh mesh;

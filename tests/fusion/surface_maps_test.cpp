@@ -19,12 +19,7 @@ class SurfaceMaps : public testing::Test {
  protected:
   SurfaceMaps() {
     options_.polarization = options_.filter = false;  // sphere_scene's AoP is none of a sphere
-    for (int view = 0; view < int(workspace_.views.size()); ++view) {
-      Image<float> depth = ExactSphereMaps(workspace_.views[std::size_t(view)]).depth;
-      Image<std::uint8_t> mask(depth.width(), depth.height());
-      for (std::size_t i = 0; i < depth.size(); ++i) mask.pixels()[i] = depth.pixels()[i] > 0 ? 255 : 0;
-      WritePng(workspace_.MaskPath(view), mask);
-    }
+    WriteSphereMasks(workspace_);
   }
 
   void SetUp() override {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fusion/alignment.h"
+#include "stereo/sfm/alignment.h"
 
 #include <fmt/format.h>
 
