@@ -13,6 +13,7 @@
 #include "core/parallel.h"
 #include "fusion/fuse.h"
 #include "fusion/surface_maps.h"
+#include "stereo/polarpms/crop.h"
 #include "stereo/polarpms/done_list.h"
 #include "stereo/polarpms/stage_inputs.h"
 #include "tests/fusion/sphere_scene.h"
@@ -47,7 +48,7 @@ double PeakGb(int who = RUSAGE_SELF) {
 
 // As if the maps had just been estimated.
 void DrawSurface(const std::filesystem::path& folder, const StereoOptions& options, Progress& progress) {
-  const Workspace workspace = ReadWorkspace(folder);
+  const Workspace workspace = CutToObject(ReadWorkspace(folder), options);
   DoneList done(workspace, StereoInputHash(workspace, options));
   for (int view = 0; view < int(workspace.views.size()); ++view) {
     WriteMaps(workspace, view, kSeparateMaps, ReadMaps(workspace, view, kFinalMaps));

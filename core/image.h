@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -60,6 +61,14 @@ std::optional<float> Bilinear(const Image<T>& image, double u, double v) {
   const T *above = image.row(top) + left, *below = image.row(top + 1) + left;
   return (1 - low) * ((1 - right) * float(above[0]) + right * float(above[1])) +
          low * ((1 - right) * float(below[0]) + right * float(below[1]));
+}
+
+// The width x height pixels from (left, top) on, all of them in the image.
+template <class T>
+Image<T> Cropped(const Image<T>& image, int left, int top, int width, int height) {
+  Image<T> part(width, height);
+  for (int y = 0; y < height; ++y) std::copy_n(image.row(top + y) + left, width, part.row(y));
+  return part;
 }
 
 struct Rgb8 {

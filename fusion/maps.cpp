@@ -48,8 +48,9 @@ void RemoveUnusable(ViewMaps& maps, const Image<std::uint8_t>& mask) {
   });
 }
 
-Image<Rgb8> Colours(const std::filesystem::path& path, int width, int height) {
-  const Picture picture = ReadPicture(path);
+Image<Rgb8> Colours(const Workspace& workspace, int view, int width, int height) {
+  Picture picture = ReadPicture(workspace.PicturePath(view));
+  for (auto& plane : picture.planes) plane = InWindow(workspace.views[std::size_t(view)], std::move(plane));
   const std::size_t green = picture.planes.size() > 1 ? 1 : 0, blue = picture.planes.size() > 2 ? 2 : 0;
   const float scale = 255 / picture.full_scale;
   const auto byte = [&](std::size_t plane, int x, int y) {
@@ -62,8 +63,8 @@ Image<Rgb8> Colours(const std::filesystem::path& path, int width, int height) {
   return colours;
 }
 
-Image<float> Dops(const std::filesystem::path& path, int width, int height) {
-  const StokesImage stokes = ReadStokes(path);
+Image<float> Dops(const Workspace& workspace, int view, int width, int height) {
+  const StokesImage stokes = ReadViewLight(workspace, view);
   Image<float> dop(width, height);
   ForEachPixel(dop, [&](int x, int y) {
     const float value =
@@ -99,9 +100,8 @@ ViewMaps LoadViewMaps(const Workspace& workspace, int view, const std::string& k
   maps.camera = workspace.views[std::size_t(view)].camera.Resized(width, height);
   maps.cam_from_world = workspace.views[std::size_t(view)].cam_from_world;
   RemoveUnusable(maps, masks ? ReadViewMask(workspace, view) : Image<std::uint8_t>());
-  maps.colour = Colours(workspace.PicturePath(view), width, height);
-  maps.dop =
-      workspace.polarized ? Dops(workspace.StokesPath(view), width, height) : Image<float>(width, height);
+  maps.colour = Colours(workspace, view, width, height);
+  maps.dop = workspace.polarized ? Dops(workspace, view, width, height) : Image<float>(width, height);
   return maps;
 }
 

@@ -75,13 +75,14 @@ std::vector<bool> OutsideOfMasks(const std::vector<Eigen::Vector3d>& points, con
     const Image<std::uint8_t> mask = ReadViewMask(workspace, i);
     if (mask.empty()) continue;
     const Image<std::uint8_t> wide = Dilate(mask, margin_px);
+    const bool whole = KeepsClearOfBorder(wide);  // then what lies beside the picture lies beside the object
     const DenseView& view = workspace.views[std::size_t(i)];
     for (std::size_t k = 0; k < points.size(); ++k) {
       const Eigen::Vector3d p = view.cam_from_world * points[k];
       if (p.z() <= 0) continue;
       const Eigen::Vector2d at = view.camera.Project(p);
       const int x = int(std::floor(at.x())), y = int(std::floor(at.y()));
-      witnesses[k] += wide.Contains(x, y) && !wide(x, y);
+      witnesses[k] += wide.Contains(x, y) ? !wide(x, y) : whole;
     }
   }
   std::vector<bool> outside;

@@ -17,6 +17,7 @@
 #include "fusion/meshing.h"
 #include "fusion/poisson.h"
 #include "stereo/map_io.h"
+#include "stereo/polarpms/crop.h"
 #include "stereo/polarpms/done_list.h"
 #include "stereo/polarpms/filter.h"
 #include "stereo/polarpms/stage_inputs.h"
@@ -243,10 +244,11 @@ void EstimateMaps(const fs::path& dense, const StereoOptions& asked, Progress& p
   const Workspace all = ReadWorkspace(dense), workspace = ChosenViews(all, asked.views);
   const StereoOptions options = WithSurfacesThatHelp(workspace, asked);
   const std::uint64_t inputs = StereoInputHash(workspace, options);  // reads all pictures: once
+  const Workspace cut = CutToObject(workspace, options);
   if (options.surfaces > 0)
-    EstimateWithSurfaces(workspace, options, inputs, progress, shard);
+    EstimateWithSurfaces(cut, options, inputs, progress, shard);
   else
-    EstimateDepths(workspace, options, inputs, progress, shard);
+    EstimateDepths(cut, options, inputs, progress, shard);
   if (shard.count == 1) RemoveOtherMaps(all, workspace);  // last: nothing is lost if this run fails
 }
 

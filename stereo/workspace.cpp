@@ -69,6 +69,17 @@ bool IsSound(const DenseView& view, int index, int count) {
   return sound;
 }
 
+template <class T>
+void CheckSize(const char* what, const Image<T>& image, const DenseView& view,
+               const std::filesystem::path& path) {
+  const int width = view.window ? view.window->picture_width : view.camera.width;
+  const int height = view.window ? view.window->picture_height : view.camera.height;
+  if (image.width() != width || image.height() != height)
+    throw Error(fmt::format("the {} has {} x {} pixels, its camera {} x {}", what, image.width(),
+                            image.height(), width, height),
+                path.string(), kAdvice);
+}
+
 }  // namespace
 
 std::string ViewName(const std::string& picture) {
@@ -146,11 +157,11 @@ StokesImage ReadViewLight(const Workspace& workspace, int view) {
     if (picture.bits == 8) photo.gamma = 2.2;
     light = ViewFromPhoto(picture, photo).stokes;
   }
-  const Pinhole& camera = workspace.views[std::size_t(view)].camera;
-  if (light.s0.width() != camera.width || light.s0.height() != camera.height)
-    throw Error(fmt::format("the view has {} x {} pixels, its camera {} x {}", light.s0.width(),
-                            light.s0.height(), camera.width, camera.height),
-                path.string(), kAdvice);
+  const DenseView& dense = workspace.views[std::size_t(view)];
+  CheckSize("view", light.s0, dense, path);
+  if (dense.window)
+    for (Image<float>* plane : {&light.s0, &light.s1, &light.s2, &light.noise})
+      *plane = InWindow(dense, std::move(*plane));
   return light;
 }
 
@@ -158,12 +169,9 @@ Image<std::uint8_t> ReadViewMask(const Workspace& workspace, int view) {
   const auto path = workspace.MaskPath(view);
   if (!std::filesystem::exists(path)) return {};
   Image<std::uint8_t> mask = ReadMask(path);
-  const Pinhole& camera = workspace.views[view].camera;
-  if (mask.width() != camera.width || mask.height() != camera.height)
-    throw Error(fmt::format("the mask has {} x {} pixels, its camera {} x {}", mask.width(), mask.height(),
-                            camera.width, camera.height),
-                path.string(), kAdvice);
-  return mask;
+  const DenseView& dense = workspace.views[std::size_t(view)];
+  CheckSize("mask", mask, dense, path);
+  return InWindow(dense, std::move(mask));
 }
 
 }  // namespace polarscan

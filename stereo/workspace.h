@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/camera.h"
+#include "core/error.h"
 #include "core/image.h"
 #include "demosaic/stokes.h"
 
@@ -25,13 +26,19 @@ namespace polarscan {
 // NAME is the input picture's stem. stereo/ holds other kinds of maps while it is made. A workspace that
 // COLMAP made (stereo/sfm/colmap_workspace.h) holds plain photos: no polar/, pictures of any kind and in any
 // folders below images/.
+// The part of a picture that a view's camera describes: its first pixel, and the whole picture's size.
+struct PictureWindow {
+  int left = 0, top = 0, picture_width = 0, picture_height = 0;
+};
+
 struct DenseView {
   std::string name;  // of the picture without its extension
   Pinhole camera;    // pixel centres at integer + 0.5
   Rigid cam_from_world;
-  double depth_min = 0, depth_max = 0;  // of the object or scene, world units, > 0
-  std::vector<int> sources;             // indices into Workspace::views, best first
-  std::string picture{};                // below images/; empty: NAME.png
+  double depth_min = 0, depth_max = 0;    // of the object or scene, world units, > 0
+  std::vector<int> sources;               // indices into Workspace::views, best first
+  std::string picture{};                  // below images/; empty: NAME.png
+  std::optional<PictureWindow> window{};  // in memory only (stereo/polarpms/crop.h); none: the whole picture
 };
 
 // Kinds of maps: the result, and what each view made before all views were drawn together
@@ -74,11 +81,20 @@ Workspace ChosenViews(const Workspace& workspace, const std::string& names);
 // Writes views.json (nothing else), atomically.
 void WriteWorkspace(const Workspace& workspace);
 
-// The view's light from LightPath: a photo's has S1 = S2 = 0 (8 bits: by gamma 2.2). Throws Error if the file
-// is damaged or of another size than the camera.
+// The view's light from LightPath: a photo's has S1 = S2 = 0 (8 bits: by gamma 2.2). In a view's window, as
+// the mask. Throws Error if the file is damaged or of another size than the camera.
 StokesImage ReadViewLight(const Workspace& workspace, int view);
 
 // The view's mask, or an empty image if the workspace has none for it.
 Image<std::uint8_t> ReadViewMask(const Workspace& workspace, int view);
+
+// The view's window of an image of its whole picture. Throws Error if that has another size.
+template <class T>
+Image<T> InWindow(const DenseView& view, Image<T> picture) {
+  if (!view.window) return picture;
+  if (picture.width() != view.window->picture_width || picture.height() != view.window->picture_height)
+    throw Error("an image of another size than the view's picture", view.name);
+  return Cropped(picture, view.window->left, view.window->top, view.camera.width, view.camera.height);
+}
 
 }  // namespace polarscan

@@ -7,6 +7,18 @@
 #include "stereo/map_io.h"
 
 namespace polarscan {
+namespace {
+
+// The picture's image with this one in its window, and nothing around it.
+template <class T>
+Image<T> InPicture(const PictureWindow& window, const Image<T>& part, T nothing) {
+  Image<T> picture(window.picture_width, window.picture_height, nothing);
+  for (int y = 0; y < part.height(); ++y)
+    std::copy_n(part.row(y), part.width(), picture.row(window.top + y) + window.left);
+  return picture;
+}
+
+}  // namespace
 
 std::size_t BytesOf(const StereoView& view) {
   return view.gray.size() * (sizeof(float) + sizeof(std::uint32_t) + 2) +
@@ -18,12 +30,20 @@ std::size_t BytesOf(const DepthNormalMap& map) {
 }
 
 DepthNormalMap ReadMaps(const Workspace& workspace, int view, const std::string& kind) {
-  return {ReadDepthMap(workspace.DepthPath(view, kind)), ReadNormalMap(workspace.NormalPath(view, kind))};
+  DepthNormalMap map{ReadDepthMap(workspace.DepthPath(view, kind)),
+                     ReadNormalMap(workspace.NormalPath(view, kind))};
+  if (kind != kFinalMaps) return map;
+  const DenseView& dense = workspace.views[std::size_t(view)];
+  return {InWindow(dense, std::move(map.depth)), InWindow(dense, std::move(map.normal))};
 }
 
 void WriteMaps(const Workspace& workspace, int view, const std::string& kind, const DepthNormalMap& map) {
-  WriteDepthMap(workspace.DepthPath(view, kind), map.depth);
-  WriteNormalMap(workspace.NormalPath(view, kind), map.normal);
+  const std::optional<PictureWindow>& window = workspace.views[std::size_t(view)].window;
+  const bool whole = kind == kFinalMaps && window;
+  WriteDepthMap(workspace.DepthPath(view, kind), whole ? InPicture(*window, map.depth, 0.0f) : map.depth);
+  WriteNormalMap(
+      workspace.NormalPath(view, kind),
+      whole ? InPicture<Eigen::Vector3f>(*window, map.normal, Eigen::Vector3f::Zero()) : map.normal);
 }
 
 Problem MakeProblem(const Workspace& workspace, int view, const StereoOptions& options,

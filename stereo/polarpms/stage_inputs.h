@@ -10,7 +10,8 @@ namespace polarscan {
 std::size_t BytesOf(const StereoView& view);
 std::size_t BytesOf(const DepthNormalMap& map);
 
-// The maps of that kind, as they are on disk. Throw Error on a missing or damaged file.
+// The maps of that kind, of the view's window. On disk kFinalMaps have the whole picture's size, others the
+// window's. Throw Error on a missing or damaged file.
 DepthNormalMap ReadMaps(const Workspace& workspace, int view, const std::string& kind);
 void WriteMaps(const Workspace& workspace, int view, const std::string& kind, const DepthNormalMap& map);
 

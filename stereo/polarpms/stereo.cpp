@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "core/files.h"
+#include "stereo/polarpms/crop.h"
 #include "stereo/polarpms/done_list.h"
 #include "stereo/polarpms/filter.h"
 #include "stereo/polarpms/hull.h"
@@ -92,7 +93,8 @@ class SequentialStage {
 }  // namespace
 
 std::uint64_t StereoInputHash(const Workspace& workspace, StereoOptions options) {
-  std::uint64_t hash = Hash(ToJson(Table(options)).dump());
+  constexpr const char* kSteps = "cut to the object";  // another text where maps of steps are of another kind
+  std::uint64_t hash = Hash(ToJson(Table(options)).dump(), Hash(kSteps));
   hash = HashFile(workspace.folder / "views.json", hash);
   for (int view = 0; view < int(workspace.views.size()); ++view) {
     hash = HashFile(workspace.LightPath(view), hash);
@@ -120,7 +122,7 @@ StereoPlan PlanDepths(const fs::path& dense, const StereoOptions& options) {
 
 void EstimateDepths(const fs::path& dense, const StereoOptions& options, Progress& progress,
                     const Shard& shard) {
-  const Workspace workspace = ChosenViews(ReadWorkspace(dense), options.views);
+  const Workspace workspace = CutToObject(ChosenViews(ReadWorkspace(dense), options.views), options);
   EstimateDepths(workspace, options, StereoInputHash(workspace, options), progress, shard);
 }
 

@@ -163,13 +163,20 @@ TEST(Silhouette, MasksThatAreAllTooWideHardlyInflateTheMesh) {
   EXPECT_LT(moves[moves.size() / 2], 0.006) << "of 0.03";
 }
 
-TEST(Silhouette, PointsBesideTheMasksAreOutsideAndThoseThatNoPictureShowsAreNot) {
+TEST(Silhouette, PointsBesideTheMasksAreOutsideAndThoseThatNoPictureShowsWhereMasksAreWhole) {
   TemporaryFolder folder;
   const Workspace workspace = PolarSphere(folder.path(), 0);
   Progress progress;
-  const std::vector<bool> outside =
-      OutsideOfMasks({{0, 0, 0}, {0, 0, 0.99}, {1.1, 0, 0}, {0, 0, -1.1}, {0, 9, 0}}, workspace, 2, progress);
-  EXPECT_EQ(outside, (std::vector<bool>{false, false, true, true, false}));
+  const std::vector<Eigen::Vector3d> points{{0, 0, 0}, {0, 0, 0.99}, {1.1, 0, 0}, {0, 0, -1.1}, {0, 9, 0}};
+  EXPECT_EQ(OutsideOfMasks(points, workspace, 2, progress),
+            (std::vector<bool>{false, false, true, true, true}));
+  for (int i = 0; i < int(workspace.views.size()); ++i) {  // now the object may go on beside the pictures
+    Image<std::uint8_t> mask = ReadViewMask(workspace, i);
+    mask(0, 0) = 255;
+    WritePng(workspace.MaskPath(i), mask);
+  }
+  EXPECT_EQ(OutsideOfMasks(points, workspace, 2, progress),
+            (std::vector<bool>{false, false, true, true, false}));
 }
 
 TEST(VertexConstraints, TheStrongestOfMoreThanThereIsRoomForAreKept) {
