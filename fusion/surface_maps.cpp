@@ -36,7 +36,7 @@ constexpr std::size_t kMostCells = 1'000'000;  // of the octree: one step coarse
 constexpr float kSame = 0.02f;         // share of the depth by which an estimate may differ from a membrane
 constexpr float kLeastFacing = 0.02f;  // cosine between a normal and the line of sight
 
-// The maps of a turn that is not the last one.
+// The maps of a turn; the last one's are the result if they are not filtered.
 std::string TurnMaps(int turn) { return fmt::format("step-surface{}", turn); }
 
 struct Drawn {
@@ -141,12 +141,12 @@ class SurfaceStep {
 
   void Run() {
     std::string before = kSeparateMaps;
-    for (int turn = 1; turn < options_.surfaces; ++turn) {
-      const std::string after = TurnMaps(turn);
+    for (int turn = 1; turn <= options_.surfaces; ++turn) {
+      const std::string after = turn < options_.surfaces || options_.filter ? TurnMaps(turn) : kFinalMaps;
       Draw(before, after);
       before = after;
     }
-    Draw(before, kFinalMaps);
+    if (options_.filter) Filter(before);  // after the drawing: the surface is gone from memory
   }
 
  private:
@@ -157,13 +157,30 @@ class SurfaceStep {
     if (done_.IsDone(after)) return;
     const std::optional<Drawn> surface = Surface(before);
     malloc_trim(0);  // the making of it took several times as much
-    progress_.Begin("maps from the surface", workspace_.views.size());
+    ForEachView("maps from the surface", before, after, [&](int view, DepthNormalMap& map) {
+      if (surface) map = Drawing(*surface, workspace_.views[std::size_t(view)], IsMasked(view), map);
+    });
+  }
+
+  // By the support that the other views' separate maps give these depths.
+  void Filter(const std::string& before) {
+    ForEachView("filter", before, kFinalMaps, [&](int view, DepthNormalMap& map) {
+      const auto reference = views_.Get(view);
+      const Problem problem = VotersProblem(workspace_, view, options_, *reference, views_, maps_);
+      const Image<float> support =
+          SupportOf(map.depth, problem, *maps_.Get(view), 2 * float(options_.vote_sigma));
+      FilterBySupport(problem, options_, support, map);
+    });
+  }
+
+  template <class Change>
+  void ForEachView(const char* title, const std::string& before, const std::string& after, Change&& change) {
+    progress_.Begin(title, workspace_.views.size());
     for (int view = 0; view < int(workspace_.views.size()); ++view) {
       progress_.Check();
       if (!done_.IsDone(view, after)) {
         DepthNormalMap map = ReadMaps(workspace_, view, before);
-        if (surface) map = Drawing(*surface, workspace_.views[std::size_t(view)], IsMasked(view), map);
-        if (options_.filter && after == kFinalMaps) Filter(view, map);
+        change(view, map);
         WriteMaps(workspace_, view, after, map);
         done_.Add(view, after);
       }
@@ -187,15 +204,6 @@ class SurfaceStep {
       progress_.Warn(fmt::format("the views' maps stay separate, which is less accurate: {}", error.what()));
       return {};
     }
-  }
-
-  // By the support that the other views' separate maps give this depth.
-  void Filter(int view, DepthNormalMap& map) {
-    const auto reference = views_.Get(view);
-    const Problem problem = VotersProblem(workspace_, view, options_, *reference, views_, maps_);
-    const Image<float> support =
-        SupportOf(map.depth, problem, *maps_.Get(view), 2 * float(options_.vote_sigma));
-    FilterBySupport(problem, options_, support, map);
   }
 
   const Workspace& workspace_;
@@ -229,7 +237,7 @@ void EstimateWithSurfaces(const Workspace& workspace, const StereoOptions& optio
   }
   if (shard.count > 1) return;
   DoneList done(workspace, inputs);
-  for (int turn = 1; turn < options.surfaces; ++turn) done.Remove(TurnMaps(turn));
+  for (int turn = 1; turn <= options.surfaces; ++turn) done.Remove(TurnMaps(turn));
   done.Remove(kSeparateMaps);
   done.KeepOnly(kFinalMaps);
 }
