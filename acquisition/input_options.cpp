@@ -25,6 +25,12 @@ class Reader {
     if (!object_[key].is_number()) Fail(key, "a number");
     return object_[key].get<double>();
   }
+  std::optional<int> Bits(const char* key) const {
+    const std::optional<double> bits = Number(key);
+    if (!bits) return std::nullopt;
+    if (!(*bits >= 1 && *bits <= 32) || *bits != std::floor(*bits)) Fail(key, "a whole number from 1 to 32");
+    return int(*bits);
+  }
   std::optional<std::string> Text(const char* key) const {
     if (!Has(key)) return std::nullopt;
     if (!object_[key].is_string()) Fail(key, "text");
@@ -55,7 +61,7 @@ void FillFromSensor(const Reader& sensor, InputOptions& options) {
     const std::string layout = sensor.Text("layout").value_or("");
     options.layout = layout.substr(0, layout.find('('));  // a remark in brackets may follow
   }
-  if (options.bits == 0) options.bits = int(sensor.Number("bits").value_or(0));
+  if (options.bits == 0) options.bits = sensor.Bits("bits").value_or(0);
   if (options.black_level < 0) options.black_level = sensor.Number("black_dn").value_or(-1);
   if (options.white_level <= 0) options.white_level = WhiteLevel(sensor).value_or(0);
   if (options.gain <= 0) options.gain = sensor.Number("dn_per_e").value_or(0);

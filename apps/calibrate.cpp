@@ -196,7 +196,7 @@ void RunShow(const CalibrateArguments& a, Context& context) {
                   {"hash", c.hash}},
                  fmt::format("camera {} {} {}, settings {}; {}", c.binding.camera.value("vendor", "?"),
                              c.binding.camera.value("model", "?"), c.binding.camera.value("serial", "?"),
-                             c.binding.settings.dump(), parts));
+                             ToText(c.binding.settings), parts));
 }
 
 // What every kind of frames needs beside the input's own options; a calibration is what comes out.

@@ -3,6 +3,8 @@
 
 #include <iostream>
 
+#include "core/files.h"
+
 namespace polarscan {
 namespace {
 
@@ -43,7 +45,7 @@ void Share(CLI::Option& option, const Option& row) {
 void Context::Finish(const nlohmann::json& result, const std::string& text) const {
   progress.End();
   if (json) {
-    std::cout << result.dump(2) << std::endl;
+    std::cout << ToText(result, 2) << std::endl;
   } else {
     progress.Say(text);
   }

@@ -2,6 +2,7 @@
 #include "apps/page_text.h"
 
 #include "apps/report_util.h"
+#include "core/files.h"
 
 namespace polarscan {
 
@@ -13,8 +14,7 @@ std::string EscapeHtml(const std::string& text) {
 
 std::string EscapeJson(const nlohmann::json& value) {
   std::string escaped;
-  for (char c : value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace))
-    escaped += c == '<' ? "\\u003c" : std::string(1, c);
+  for (char c : ToText(value)) escaped += c == '<' ? "\\u003c" : std::string(1, c);
   return escaped;
 }
 

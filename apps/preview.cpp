@@ -14,6 +14,7 @@
 #include "apps/report_pictures.h"
 #include "apps/report_util.h"
 #include "core/error.h"
+#include "core/files.h"
 #include "core/image_io.h"
 #include "demosaic/false_colour.h"
 
@@ -94,7 +95,7 @@ class Preview::Implementation {
       nlohmann::json state = state_;
       state["picture"] = picture_;
       state["dop_full"] = dop_full_;
-      answer.set_content(state.dump(), "application/json");
+      answer.set_content(ToText(state), "application/json");
     });
     server_.Get("/wheel.jpg", [](const Request&, Response& answer) {
       answer.set_content(EncodeJpeg(AopWheel(kWheelSize), kJpegQuality), "image/jpeg");

@@ -119,7 +119,7 @@ std::string CountsText(const nlohmann::json& counts) {
   std::string text;
   for (const auto& [name, count] : counts.items())
     if (count.is_number_integer())
-      text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count.dump(), name);
+      text += fmt::format("{}{} {}", text.empty() ? "" : ", ", ToText(count), name);
   return text;
 }
 
@@ -130,7 +130,7 @@ std::string ChangedOption(const nlohmann::json& before, const nlohmann::json& no
     const nlohmann::json old = before.is_object() ? before.value(name, nlohmann::json()) : nlohmann::json();
     if (old == value) continue;
     if (value.is_object()) return ChangedOption(old, value, name + " ");
-    return fmt::format("{}{}: {} -> {}", prefix, name, old.dump(), value.dump());
+    return fmt::format("{}{}: {} -> {}", prefix, name, ToText(old), ToText(value));
   }
   return "other options";
 }
@@ -244,7 +244,7 @@ std::string Scan::WhyNotDone(const Stage& stage) const {
   if (record.value("inputs", "") != stage.inputs) return "what it is made from has changed";
   if (const nlohmann::json damaged = record.value("/counts/damaged"_json_pointer, nlohmann::json(0));
       damaged != 0)
-    return fmt::format("{} damaged views were left out", damaged.dump());
+    return fmt::format("{} damaged views were left out", ToText(damaged));
   const FileSums found = checksums_.Measure(OutputsOf(stage.name));
   if (Digest(found) == record.value("outputs", "")) return "";
   const std::string difference = Difference(checksums_.Recorded(stage.name), found);
@@ -284,7 +284,7 @@ void Scan::Run(const Stage& stage, const Work& work) {
 void Scan::Make(const Stage& stage, const Work& work) {
   terminal_->TakeWarnings();
   state_["options"][stage.name] = stage.options;
-  state_["options_hash"] = ToHex(Hash(state_["options"].dump()));
+  state_["options_hash"] = ToHex(Hash(ToText(state_["options"])));
   nlohmann::json& record = state_["stages"][stage.name];
   record = {
       {"state", "running"}, {"version", POLARSCAN_VERSION}, {"inputs", stage.inputs}, {"before", before_}};

@@ -84,7 +84,7 @@ void RunReport(Scan& scan) {
   nlohmann::json shown =
       scan.state().value("options", nlohmann::json::object());  // the options of all stages
   shown.erase("report");
-  scan.Run({"report", nlohmann::json::object(), ToHex(Hash(shown.dump()))},
+  scan.Run({"report", nlohmann::json::object(), ToHex(Hash(ToText(shown)))},
            [&](Progress& progress) -> nlohmann::json {
              WriteReport(scan.folder(), scan.report(), progress);
              return nlohmann::json::object();

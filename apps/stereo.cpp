@@ -5,6 +5,7 @@
 
 #include "apps/stages.h"
 #include "core/error.h"
+#include "core/files.h"
 #include "fusion/surface_maps.h"
 #include "stereo/sfm/colmap_workspace.h"
 #include "stereo/workspace.h"
@@ -63,7 +64,7 @@ std::string Repeated(const nlohmann::json& given) {
     if (value.is_boolean())
       words += (value.get<bool>() ? " --" : " --no-") + name;
     else
-      words += fmt::format(" --{} {}", name, value.is_string() ? value.get<std::string>() : value.dump());
+      words += fmt::format(" --{} {}", name, value.is_string() ? value.get<std::string>() : ToText(value));
   }
   return words;
 }

@@ -79,7 +79,7 @@ void WritePicture(const fs::path& path, const PolarView& view, double scale) {
 // Hash of everything that a view is made from, but for the scale of its picture.
 std::uint64_t HashView(const Input& input, const InputView& view, const DemosaicOptions& options) {
   const int format = 3;  // of what is written; to be raised when that changes
-  std::uint64_t hash = Hash(fmt::format("{} {} {}", format, Meaning(input).dump(), options.method));
+  std::uint64_t hash = Hash(fmt::format("{} {} {}", format, ToText(Meaning(input)), options.method));
   for (const fs::path& file : view.files) hash = HashFile(file, hash);
   for (const double exposure : view.exposures) hash = Hash(fmt::format("exposure {}", exposure), hash);
   for (const std::size_t frame : view.frames) hash = Hash(ToHex(input.session->frames[frame].hash), hash);

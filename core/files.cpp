@@ -82,6 +82,10 @@ void WriteAtomically(const std::filesystem::path& path,
   SyncFolder(path.parent_path());
 }
 
+std::string ToText(const nlohmann::json& value, int indent) {
+  return value.dump(indent, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
 nlohmann::json ReadJson(const std::filesystem::path& path) {
   try {
     return nlohmann::json::parse(ReadFile(path));
@@ -91,7 +95,7 @@ nlohmann::json ReadJson(const std::filesystem::path& path) {
 }
 
 void WriteJson(const std::filesystem::path& path, const nlohmann::json& value) {
-  WriteFileAtomically(path, value.dump(1) + "\n");
+  WriteFileAtomically(path, ToText(value, 1) + "\n");
 }
 
 void SyncFolder(const std::filesystem::path& path) {

@@ -23,6 +23,9 @@ void WriteFileAtomically(const std::filesystem::path& path, std::string_view byt
 void WriteAtomically(const std::filesystem::path& path,
                      const std::function<void(const std::filesystem::path& temporary)>& write);
 
+// The value as text, on one line or indented. Bytes that are no UTF-8, as a camera or a file's name may hold,
+// become U+FFFD; json::dump throws there.
+std::string ToText(const nlohmann::json& value, int indent = -1);
 nlohmann::json ReadJson(const std::filesystem::path& path);
 void WriteJson(const std::filesystem::path& path, const nlohmann::json& value);
 

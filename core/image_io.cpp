@@ -47,6 +47,36 @@ bool IsPicture(const std::string& bytes) {
                              [&](const std::string& beginning) { return bytes.starts_with(beginning); });
 }
 
+std::uint32_t BigEndian(const std::string& bytes, std::size_t at, int count) {
+  std::uint32_t value = 0;
+  for (int i = 0; i < count; ++i) value = value << 8 | static_cast<unsigned char>(bytes[at + std::size_t(i)]);
+  return value;
+}
+
+// The pixels that a PNG's or a JPEG's header promises, 0 if it holds none or the file is of another kind.
+std::uint64_t PromisedPixels(const std::string& bytes) {
+  constexpr std::size_t kPngSize = 16, kJpegSize = 5;  // places of the height and width, from the marker on
+  if (bytes.starts_with("\x89PNG") && bytes.size() >= kPngSize + 8)
+    return std::uint64_t(BigEndian(bytes, kPngSize, 4)) * BigEndian(bytes, kPngSize + 4, 4);
+  if (!bytes.starts_with("\xFF\xD8")) return 0;
+  std::uint64_t most = 0;
+  for (std::size_t at = 2; at + kJpegSize + 4 <= bytes.size();) {
+    const std::uint32_t mark = BigEndian(bytes, at, 2);
+    if (mark < 0xFF01 || mark == 0xFFFF) {  // decoders skip what is no marker
+      ++at;
+      continue;
+    }
+    const bool begins_frame =
+        mark >= 0xFFC0 && mark <= 0xFFCF && mark != 0xFFC4 && mark != 0xFFC8 && mark != 0xFFCC;
+    if (begins_frame)
+      most = std::max(
+          most, std::uint64_t(BigEndian(bytes, at + kJpegSize, 2)) * BigEndian(bytes, at + kJpegSize + 2, 2));
+    const bool alone = mark == 0xFF01 || (mark >= 0xFFD0 && mark <= 0xFFD9);
+    at += alone ? 2 : 2 + BigEndian(bytes, at + 2, 2);
+  }
+  return most;
+}
+
 cv::Mat Decode(const fs::path& path) {
   const std::string bytes = ReadFile(path);
   const std::string advice = "Copy the file again from where it came, or remove it";
@@ -54,6 +84,11 @@ cv::Mat Decode(const fs::path& path) {
   if (IsTruncated(bytes, LowerExtension(path)))
     throw Error("the picture file is cut off before its end", path.string(), advice);
   if (!IsPicture(bytes)) throw Error(kNoPicture, path.string(), advice);
+  const auto check_size = [&](std::uint64_t pixels) {  // a cut JPEG is grey from there on
+    if (pixels > 8 * kMostInflated * bytes.size())
+      throw Error("the picture file promises more pixels than it can hold", path.string(), advice);
+  };
+  check_size(PromisedPixels(bytes));             // before OpenCV takes memory for them
   ::setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 0);  // OpenCV refuses EXR otherwise
   const cv::Mat encoded(1, int(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
   cv::Mat image;
@@ -63,8 +98,7 @@ cv::Mat Decode(const fs::path& path) {
     throw Error(fmt::format("the picture cannot be decoded ({})", e.err), path.string(), advice);
   }
   if (image.empty()) throw Error(kNoPicture, path.string(), advice);
-  if (image.total() > 8 * kMostInflated * bytes.size())  // a cut JPEG is grey from there on
-    throw Error("the picture file promises more pixels than it can hold", path.string(), advice);
+  check_size(image.total());
   return image;
 }
 

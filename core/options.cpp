@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "core/error.h"
+#include "core/files.h"
 
 namespace polarscan {
 namespace {
@@ -47,7 +48,7 @@ void FromJson(const nlohmann::json& values, OptionTable& table) {
     try {
       std::visit([&json = value](auto* target) { json.get_to(*target); }, option->value);
     } catch (const nlohmann::json::exception&) {
-      throw Error("an option has a value of the wrong kind", fmt::format("{} = {}", name, value.dump()));
+      throw Error("an option has a value of the wrong kind", fmt::format("{} = {}", name, ToText(value)));
     }
     ValidateOption(*option);
   }

@@ -44,7 +44,7 @@ bool Same(const json& a, const json& b) {
   return std::abs(x - y) <= 1e-6 * std::max({1.0, std::abs(x), std::abs(y)});
 }
 
-std::string Text(const json& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
+std::string Text(const json& value) { return value.is_string() ? value.get<std::string>() : ToText(value); }
 
 bool Says(const json& object, const std::string& key) {
   return object.contains(key) && !object[key].is_null() && object[key] != "";
@@ -71,7 +71,7 @@ CameraBinding MakeBinding(const json& camera, const json& features, int width, i
 }
 
 std::string HashOf(const CameraBinding& binding) {
-  return ToHex(Hash(binding.camera.dump() + binding.settings.dump()));
+  return ToHex(Hash(ToText(binding.camera) + ToText(binding.settings)));
 }
 
 void RequireSame(const CameraBinding& calibration, const CameraBinding& pictures, const std::string& where) {

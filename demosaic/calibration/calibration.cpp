@@ -20,7 +20,7 @@ fs::path JsonPath(const fs::path& folder) { return folder / "calibration.json"; 
 
 std::string ChecksumOf(json value) {
   value.erase("checksum");
-  return ToHex(Hash(value.dump()));
+  return ToHex(Hash(ToText(value)));
 }
 
 // Writes the maps under a name of their own; returns what the JSON file says about them.

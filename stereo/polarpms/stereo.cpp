@@ -94,7 +94,7 @@ class SequentialStage {
 
 std::uint64_t StereoInputHash(const Workspace& workspace, StereoOptions options) {
   constexpr const char* kSteps = "cut to the object";  // another text where maps of steps are of another kind
-  std::uint64_t hash = Hash(ToJson(Table(options)).dump(), Hash(kSteps));
+  std::uint64_t hash = Hash(ToText(ToJson(Table(options))), Hash(kSteps));
   hash = HashFile(workspace.folder / "views.json", hash);
   for (int view = 0; view < int(workspace.views.size()); ++view) {
     hash = HashFile(workspace.LightPath(view), hash);

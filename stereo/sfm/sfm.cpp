@@ -20,7 +20,7 @@ constexpr std::size_t kExhaustiveLimit = 40;  // pictures: 780 pairs
 // Hash of pictures, known model and options: all that the result depends on.
 std::string ResultHash(const fs::path& folder, const std::vector<View>& views,
                        const std::optional<fs::path>& known, SfmOptions options) {
-  std::uint64_t hash = Hash(ToJson(Table(options)).dump() + " 1");
+  std::uint64_t hash = Hash(ToText(ToJson(Table(options))) + " 1");
   for (const View& view : views) hash = HashFile(folder / view.PictureName(), Hash(view.name, hash));
   if (!known) return ToHex(hash);
   for (const char* name : {"cameras", "images", "points3D"})

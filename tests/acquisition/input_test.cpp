@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/input.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -256,6 +257,26 @@ TEST_F(InputTest, APictureThatPromisesMoreThanItsFileCanHoldIsRefused) {
   }
 }
 
+// What is left of these files cannot be decoded: that it is not tried is seen in the message.
+TEST_F(InputTest, APromiseOfTooManyPixelsIsFoundBeforeMemoryIsTakenForThem) {
+  std::string jpeg = EncodeJpeg(Image<Rgb8>(8, 8), 90);
+  const std::size_t size = jpeg.find("\xFF\xC0") + 5;
+  jpeg[size] = jpeg[size + 2] = 0x20;
+  WriteFileAtomically(folder_ / "a.jpg", jpeg.substr(0, size + 12) + "\xFF\xD9");
+  WritePng(folder_ / "b.png", Image<std::uint8_t>(8, 8));
+  std::string png = ReadFile(folder_ / "b.png");
+  png[18] = png[22] = 0x20;
+  WriteFileAtomically(folder_ / "b.png", png);  // its checksum is wrong now
+  for (const char* name : {"a.jpg", "b.png"}) {
+    try {
+      ReadPicture(folder_ / name);
+      FAIL();
+    } catch (const Error& error) {
+      EXPECT_SAYS(std::string(error.what()), "promises more pixels");
+    }
+  }
+}
+
 TEST_F(InputTest, AWrongLayoutIsNamed) {
   Grey8("mosaic/a.png");
   EXPECT_SAYS(Complaint({.layout = "90 45 / 135 30"}), "\"90 45 / 135 30\"");
@@ -315,6 +336,10 @@ TEST_F(InputTest, ABadSetJsonIsNamed) {
   EXPECT_SAYS(Complaint(), "set.json");
   Set(R"({"sensor": {"bits": "twelve"}})");
   EXPECT_SAYS(Complaint(), "\"bits\" must be a number");
+  for (const char* bits : {"1e24", "0", "11.5"}) {
+    Set(fmt::format(R"({{"sensor": {{"bits": {}}}}})", bits));
+    EXPECT_SAYS(Complaint(), "\"bits\" must be a whole number from 1 to 32");
+  }
   Set(R"({"input_kind": "video"})");
   EXPECT_SAYS(Complaint(), "input-kind video");
   Set(R"({"sensor": {"layout": "90 45 / 135 0", "black_dn": 300}})");

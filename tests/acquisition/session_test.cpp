@@ -163,6 +163,19 @@ TEST_F(SessionFolder, RepairCutsTheTailOffAndClosesTheSession) {
   ExpectOnlyTrueFrames(read);
 }
 
+TEST_F(SessionFolder, ReasonsThatAreNoUtf8AreRepairedToo) {
+  {
+    SessionWriter writer(session(), SomeInfo(), 1 << 20);
+    writer.AppendMissing(8, 2, "lost: \x96\xff");  // found by a fuzzer
+  }
+  Session read = OpenSession(session());
+  RepairSession(read);
+  EXPECT_TRUE(OpenSession(session()).info.closed);
+  EXPECT_EQ(read.missing.at(0).count, 2u);
+  EXPECT_NE(ReadFile(session() / "session.json").find("\xEF\xBF\xBD"), std::string::npos)
+      << "the replacement";
+}
+
 TEST_F(SessionFolder, ASessionJsonOfAnotherKindIsAnErrorThatNamesIt) {
   EXPECT_THROW(OpenSession(session()), Error);
   for (const char* text : {"", "{", "[]", "{}", R"({"format": "polarscan session", "version": 2})",
