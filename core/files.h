@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <concepts>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -26,6 +28,18 @@ void WriteAtomically(const std::filesystem::path& path,
 // The value as text, on one line or indented. Bytes that are no UTF-8, as a camera or a file's name may hold,
 // become U+FFFD; json::dump throws there.
 std::string ToText(const nlohmann::json& value, int indent = -1);
+// An integer that a file holds: json converts any number, and 1e80 has no int. Throws json::exception if the
+// value is none or does not fit.
+struct WholeNumber {
+  const nlohmann::json& value;
+  template <std::integral T>
+  operator T() const {
+    const auto number = value.get_ref<const nlohmann::json::number_integer_t&>();
+    if (!std::in_range<T>(number))
+      throw nlohmann::json::out_of_range::create(401, "a number that is too large: " + ToText(value), &value);
+    return T(number);
+  }
+};
 nlohmann::json ReadJson(const std::filesystem::path& path);
 void WriteJson(const std::filesystem::path& path, const nlohmann::json& value);
 

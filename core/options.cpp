@@ -32,6 +32,12 @@ void ValidateOption(const Option& option) {
   }
 }
 
+template <class T>
+void Take(const nlohmann::json& value, T& target) {
+  value.get_to(target);
+}
+void Take(const nlohmann::json& value, int& target) { target = WholeNumber{value}; }
+
 }  // namespace
 
 nlohmann::json ToJson(const OptionTable& table) {
@@ -46,7 +52,7 @@ void FromJson(const nlohmann::json& values, OptionTable& table) {
     const auto option = std::ranges::find(table, name, &Option::name);
     if (option == table.end()) throw Error("there is no such option", name);
     try {
-      std::visit([&json = value](auto* target) { json.get_to(*target); }, option->value);
+      std::visit([&json = value](auto* target) { Take(json, *target); }, option->value);
     } catch (const nlohmann::json::exception&) {
       throw Error("an option has a value of the wrong kind", fmt::format("{} = {}", name, ToText(value)));
     }

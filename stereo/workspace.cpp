@@ -42,14 +42,19 @@ DenseView ViewFromJson(const json& value) {
   view.name = value.at("name");
   view.picture = value.value("picture", "");
   const json& c = value.at("camera");
-  view.camera = {c.at("width"), c.at("height"), c.at("fx"), c.at("fy"), c.at("cx"), c.at("cy")};
+  view.camera = {WholeNumber{c.at("width")},
+                 WholeNumber{c.at("height")},
+                 c.at("fx"),
+                 c.at("fy"),
+                 c.at("cx"),
+                 c.at("cy")};
   const json& pose = value.at("cam_from_world");
   for (int i = 0; i < 9; ++i)
     view.cam_from_world.rotation(i / 3, i % 3) = pose.at("rotation_rows").at(std::size_t(i));
   for (int i = 0; i < 3; ++i) view.cam_from_world.translation[i] = pose.at("translation").at(std::size_t(i));
   view.depth_min = value.at("depth_min");
   view.depth_max = value.at("depth_max");
-  view.sources = value.at("sources").get<std::vector<int>>();
+  for (const json& source : value.at("sources")) view.sources.push_back(WholeNumber{source});
   return view;
 }
 

@@ -19,10 +19,11 @@ constexpr int kSessionVersion = 1;
 
 FrameCounts CountsFrom(const json& value) {
   FrameCounts counts;
-  counts.stored = value.at("stored"), counts.lost = value.at("lost"), counts.dropped = value.at("dropped");
-  counts.cancelled = value.at("cancelled"), counts.bytes = value.at("bytes");
-  counts.restarts = value.at("restarts");
-  counts.reasons = value.at("reasons").get<std::map<std::string, std::uint64_t>>();
+  const auto number = [&](const char* key) { return WholeNumber{value.at(key)}; };
+  counts.stored = number("stored"), counts.lost = number("lost"), counts.dropped = number("dropped");
+  counts.cancelled = number("cancelled"), counts.bytes = number("bytes");
+  counts.restarts = number("restarts");
+  for (const auto& [reason, count] : value.at("reasons").items()) counts.reasons[reason] = WholeNumber{count};
   return counts;
 }
 
@@ -39,7 +40,7 @@ SessionInfo InfoFrom(const json& value) {
   info.created = value.at("created").get<std::string>();
   info.camera = value.at("camera"), info.sensor = value.at("sensor"), info.settings = value.at("settings");
   info.counts = CountsFrom(value.at("counts"));
-  info.records = value.at("records"), info.segments = value.at("segments");
+  info.records = WholeNumber{value.at("records")}, info.segments = WholeNumber{value.at("segments")};
   return info;
 }
 

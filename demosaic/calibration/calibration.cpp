@@ -54,7 +54,8 @@ void RemoveOtherMaps(const fs::path& folder, const json& maps) {
 Sensor SensorFrom(const json& value) {
   Sensor s;
   s.layout = ParseLayout(value.at("layout"));
-  s.bits = value.at("bits"), s.black_dn = value.at("black_dn"), s.white_dn = value.at("white_dn");
+  s.bits = WholeNumber{value.at("bits")}, s.black_dn = value.at("black_dn"),
+  s.white_dn = value.at("white_dn");
   s.dn_per_e = value.at("dn_per_e"), s.read_noise_e = value.at("read_noise_e");
   return s;
 }

@@ -93,6 +93,13 @@ TEST_F(WorkspaceFile, ImpossibleValuesAreRefused) {
   is_refused([](DenseView& view) { view.depth_max = 0.5; });
   is_refused([](DenseView& view) { view.name = "../x"; });
   is_refused([](DenseView& view) { view.cam_from_world.rotation *= 2; });
+  for (const char* width : {"1e80", "4294967396", "99.5"}) {
+    WriteWorkspace(workspace);
+    nlohmann::json file = ReadJson(folder / "views.json");
+    file["views"][0]["camera"]["width"] = nlohmann::json::parse(width);
+    WriteJson(folder / "views.json", file);
+    EXPECT_THROW(ReadWorkspace(folder), Error) << width;
+  }
   WriteFileAtomically(folder / "views.json", "{\"format\": 3");
   EXPECT_THROW(ReadWorkspace(folder), Error);
   WriteFileAtomically(folder / "views.json", "[1, 2]");
