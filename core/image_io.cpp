@@ -47,6 +47,27 @@ bool IsPicture(const std::string& bytes) {
                              [&](const std::string& beginning) { return bytes.starts_with(beginning); });
 }
 
+struct TiffCloser {
+  void operator()(TIFF* file) const { TIFFClose(file); }
+};
+using TiffFile = std::unique_ptr<TIFF, TiffCloser>;
+
+TiffFile OpenTiff(const fs::path& path, const char* mode) {
+  TIFFSetWarningHandler(nullptr);
+  TIFFSetErrorHandler(nullptr);
+  return TiffFile(TIFFOpen(path.c_str(), mode));
+}
+
+// The pixels that a TIFF's header promises, 0 if it is none.
+std::uint64_t TiffPixels(const fs::path& path) {
+  const TiffFile file = OpenTiff(path, "r");
+  std::uint32_t width = 0, height = 0;
+  if (!file || TIFFGetField(file.get(), TIFFTAG_IMAGEWIDTH, &width) != 1 ||
+      TIFFGetField(file.get(), TIFFTAG_IMAGELENGTH, &height) != 1)
+    return 0;
+  return std::uint64_t(width) * height;
+}
+
 std::uint32_t BigEndian(const std::string& bytes, std::size_t at, int count) {
   std::uint32_t value = 0;
   for (int i = 0; i < count; ++i) value = value << 8 | static_cast<unsigned char>(bytes[at + std::size_t(i)]);
@@ -88,7 +109,8 @@ cv::Mat Decode(const fs::path& path) {
     if (pixels > 8 * kMostInflated * bytes.size())
       throw Error("the picture file promises more pixels than it can hold", path.string(), advice);
   };
-  check_size(PromisedPixels(bytes));             // before OpenCV takes memory for them
+  check_size(PromisedPixels(bytes));  // before OpenCV takes memory for them
+  if (bytes.starts_with("II") || bytes.starts_with("MM")) check_size(TiffPixels(path));
   ::setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 0);  // OpenCV refuses EXR otherwise
   const cv::Mat encoded(1, int(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
   cv::Mat image;
@@ -134,17 +156,6 @@ cv::Mat ToBgr(const Image<Rgb8>& image) {
 }
 
 constexpr const char* kMakeAgain = "Remove it; the program makes it again";
-
-struct TiffCloser {
-  void operator()(TIFF* file) const { TIFFClose(file); }
-};
-using TiffFile = std::unique_ptr<TIFF, TiffCloser>;
-
-TiffFile OpenTiff(const fs::path& path, const char* mode) {
-  TIFFSetWarningHandler(nullptr);
-  TIFFSetErrorHandler(nullptr);
-  return TiffFile(TIFFOpen(path.c_str(), mode));
-}
 
 // libtiff only says that it failed; the system has said why.
 [[noreturn]] void ThrowTiffError(const fs::path& path) {

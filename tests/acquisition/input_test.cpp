@@ -267,7 +267,13 @@ TEST_F(InputTest, APromiseOfTooManyPixelsIsFoundBeforeMemoryIsTakenForThem) {
   std::string png = ReadFile(folder_ / "b.png");
   png[18] = png[22] = 0x20;
   WriteFileAtomically(folder_ / "b.png", png);  // its checksum is wrong now
-  for (const char* name : {"a.jpg", "b.png"}) {
+  const auto tag = [](int number, int value) {  // of a TIFF, one long
+    const auto u = [](int n) { return std::string{char(n), char(n >> 8), char(n >> 16), char(n >> 24)}; };
+    return u(number).substr(0, 2) + u(4).substr(0, 2) + u(1) + u(value);
+  };
+  WriteFileAtomically(folder_ / "c.tif", std::string("II*\0\x08\0\0\0\x04\0", 10) + tag(256, 100'000'000) +
+                                             tag(257, 7) + tag(273, 8) + tag(279, 4) + std::string(4, '\0'));
+  for (const char* name : {"a.jpg", "b.png", "c.tif"}) {
     try {
       ReadPicture(folder_ / name);
       FAIL();
