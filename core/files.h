@@ -28,6 +28,7 @@ void WriteAtomically(const std::filesystem::path& path,
 // The value as text, on one line or indented. Bytes that are no UTF-8, as a camera or a file's name may hold,
 // become U+FFFD; json::dump throws there.
 std::string ToText(const nlohmann::json& value, int indent = -1);
+
 // An integer that a file holds: json converts any number, and 1e80 has no int. Throws json::exception if the
 // value is none or does not fit.
 struct WholeNumber {
@@ -40,6 +41,7 @@ struct WholeNumber {
     return T(number);
   }
 };
+
 nlohmann::json ReadJson(const std::filesystem::path& path);
 void WriteJson(const std::filesystem::path& path, const nlohmann::json& value);
 

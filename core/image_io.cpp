@@ -74,11 +74,13 @@ std::uint32_t BigEndian(const std::string& bytes, std::size_t at, int count) {
   return value;
 }
 
-// The pixels that a PNG's or a JPEG's header promises, 0 if it holds none or the file is of another kind.
-std::uint64_t PromisedPixels(const std::string& bytes) {
+// The pixels that the header of a PNG, JPEG or TIFF promises, 0 if it holds none or the file is of another
+// kind.
+std::uint64_t PromisedPixels(const fs::path& path, const std::string& bytes) {
   constexpr std::size_t kPngSize = 16, kJpegSize = 5;  // places of the height and width, from the marker on
   if (bytes.starts_with("\x89PNG") && bytes.size() >= kPngSize + 8)
     return std::uint64_t(BigEndian(bytes, kPngSize, 4)) * BigEndian(bytes, kPngSize + 4, 4);
+  if (bytes.starts_with("II") || bytes.starts_with("MM")) return TiffPixels(path);
   if (!bytes.starts_with("\xFF\xD8")) return 0;
   std::uint64_t most = 0;
   for (std::size_t at = 2; at + kJpegSize + 4 <= bytes.size();) {
@@ -87,6 +89,7 @@ std::uint64_t PromisedPixels(const std::string& bytes) {
       ++at;
       continue;
     }
+    if (mark == 0xFFDA) break;  // the picture's data: no header follows
     const bool begins_frame =
         mark >= 0xFFC0 && mark <= 0xFFCF && mark != 0xFFC4 && mark != 0xFFC8 && mark != 0xFFCC;
     if (begins_frame)
@@ -109,8 +112,7 @@ cv::Mat Decode(const fs::path& path) {
     if (pixels > 8 * kMostInflated * bytes.size())
       throw Error("the picture file promises more pixels than it can hold", path.string(), advice);
   };
-  check_size(PromisedPixels(bytes));  // before OpenCV takes memory for them
-  if (bytes.starts_with("II") || bytes.starts_with("MM")) check_size(TiffPixels(path));
+  check_size(PromisedPixels(path, bytes));       // before OpenCV takes memory for them
   ::setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 0);  // OpenCV refuses EXR otherwise
   const cv::Mat encoded(1, int(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
   cv::Mat image;

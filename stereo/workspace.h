@@ -12,6 +12,11 @@
 
 namespace polarscan {
 
+// The part of a picture that a view's camera describes: its first pixel, and the whole picture's size.
+struct PictureWindow {
+  int left = 0, top = 0, picture_width = 0, picture_height = 0;
+};
+
 // COLMAP's dense workspace with our additions:
 //   images/NAME.png               undistorted 8-bit pictures (for COLMAP's tools, colours, people)
 //   sparse/                       PINHOLE cameras. COLMAP's dense tools use the integer pixel index with that
@@ -26,11 +31,6 @@ namespace polarscan {
 // NAME is the input picture's stem. stereo/ holds other kinds of maps while it is made. A workspace that
 // COLMAP made (stereo/sfm/colmap_workspace.h) holds plain photos: no polar/, pictures of any kind and in any
 // folders below images/.
-// The part of a picture that a view's camera describes: its first pixel, and the whole picture's size.
-struct PictureWindow {
-  int left = 0, top = 0, picture_width = 0, picture_height = 0;
-};
-
 struct DenseView {
   std::string name;  // of the picture without its extension
   Pinhole camera;    // pixel centres at integer + 0.5
