@@ -73,8 +73,7 @@ void RunFusion(Scan& scan, const FusionOptions& options) {
 void RunMesh(Scan& scan, const MeshOptions& options) {
   MeshOptions effective = options;
   scan.Run({"mesh", ToJson(Table(effective))}, [&](Progress& progress) -> nlohmann::json {
-    const MeshSummary mesh =
-        MakeMesh(scan.cloud(), scan.dense(), scan.mesh(), scan.folder() / "mesh", options, progress);
+    const MeshSummary mesh = MakeMesh(scan.cloud(), scan.dense(), scan.mesh(), options, progress);
     scan.Note("mesh", "faces", mesh.faces);
     return ToJson(mesh);
   });

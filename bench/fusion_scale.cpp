@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// fusion_scale FOLDER VIEWS WIDTH HEIGHT [surface]: writes a workspace of that many views of a ball, from all
-// around and filling the picture's height, if the folder holds none; else fuses it or, with `surface`, does
-// the last step of stereo with it (--cache 1); prints points, seconds and the peak memory of the process and
-// of COLMAP.
+// fusion_scale FOLDER VIEWS WIDTH HEIGHT [surface|stereo]: writes a workspace of that many views of a ball,
+// from all around and filling the picture's height, if the folder holds none; else fuses it or, with
+// `surface`, does the last step of stereo with it, with `stereo` the steps before for the first 25 views (as
+// many as one round holds), both with --cache 1; prints points, seconds and the peak memory of the process
+// and of COLMAP.
 #include <fmt/format.h>
 #include <sys/resource.h>
 
@@ -22,6 +23,20 @@ using namespace polarscan;
 
 namespace {
 
+// The twelve cameras nearest to this view's.
+std::vector<int> NearestViews(const Workspace& workspace, const DenseView& view) {
+  const auto distance = [&](int other) {
+    return (workspace.views[std::size_t(other)].cam_from_world.Center() - view.cam_from_world.Center())
+        .norm();
+  };
+  std::vector<int> nearest;
+  for (int other = 0; other < int(workspace.views.size()); ++other)
+    if (distance(other) > 0) nearest.push_back(other);
+  std::ranges::sort(nearest, {}, distance);
+  nearest.resize(std::min(nearest.size(), std::size_t(12)));
+  return nearest;
+}
+
 // On a spiral of even density around the ball, radius 4, which fills 0.9 of the height.
 Workspace BallWorkspace(const std::filesystem::path& folder, int views, int width, int height) {
   Workspace workspace{folder, {}, true};
@@ -34,9 +49,10 @@ Workspace BallWorkspace(const std::filesystem::path& folder, int views, int widt
                    LookAtOrigin(4 * Eigen::Vector3d(r * std::cos(turn), z, r * std::sin(turn))),
                    2.5,
                    6,
-                   {(i + 1) % views}};
+                   {}};
     workspace.views.push_back(view);
   }
+  for (DenseView& view : workspace.views) view.sources = NearestViews(workspace, view);
   return workspace;
 }
 
@@ -57,12 +73,14 @@ void DrawSurface(const std::filesystem::path& folder, const StereoOptions& optio
   EstimateMaps(folder, options, progress);
 }
 
+constexpr int kNeighbours = 25;  // a round's own view and its voters
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  const bool surface = argc == 6 && std::string(argv[5]) == "surface";
-  if (argc != 5 && !surface) {
-    fmt::print(stderr, "usage: fusion_scale FOLDER VIEWS WIDTH HEIGHT [surface]\n");
+  const std::string step = argc == 6 ? argv[5] : "fusion";
+  if (argc < 5 || (step != "fusion" && step != "surface" && step != "stereo")) {
+    fmt::print(stderr, "usage: fusion_scale FOLDER VIEWS WIDTH HEIGHT [surface|stereo]\n");
     return 2;
   }
   const std::filesystem::path folder = argv[1];
@@ -79,11 +97,19 @@ int main(int argc, char** argv) {
   const auto seconds = [&] {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   };
-  if (surface) {
+  if (step != "fusion") {
     StereoOptions options;
     options.cache_gb = 1;
-    DrawSurface(folder, options, progress);
-    fmt::print("{} views of {:.2f} MP: {:.0f} s, peak {:.2f} GB, COLMAP {:.2f} GB\n", views,
+    if (step == "surface") {
+      DrawSurface(folder, options, progress);
+    } else {
+      options.surfaces = 0;
+      const Workspace workspace = ReadWorkspace(folder);
+      for (int view = 0; view < std::min(views, kNeighbours); ++view)
+        options.views += (view ? "," : "") + workspace.views[std::size_t(view)].name;
+      EstimateMaps(folder, options, progress);
+    }
+    fmt::print("{} of {} views of {:.2f} MP: {:.0f} s, peak {:.2f} GB, COLMAP {:.2f} GB\n", step, views,
                width * height / 1e6, seconds(), PeakGb(), PeakGb(RUSAGE_CHILDREN));
     return 0;
   }

@@ -63,10 +63,10 @@ std::optional<float> Bilinear(const Image<T>& image, double u, double v) {
          low * ((1 - right) * float(below[0]) + right * float(below[1]));
 }
 
-// The width x height pixels from (left, top) on, all of them in the image.
+// The width x height pixels from (left, top) on, one at least, all of them in the image.
 template <class T>
 Image<T> Cropped(const Image<T>& image, int left, int top, int width, int height) {
-  Image<T> part(width, height);
+  Image<T> part(width, height, image(left, top));
   for (int y = 0; y < height; ++y) std::copy_n(image.row(top + y) + left, width, part.row(y));
   return part;
 }

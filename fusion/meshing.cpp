@@ -52,9 +52,9 @@ MeshSummary PlanSurface(const std::vector<CloudPoint>& cloud, const MeshOptions&
 // The Poisson surface, honest about where there are no points, and where the masks say that there is nothing.
 // far: vertices inside of its membranes.
 TriangleMesh SurfaceOf(const std::vector<CloudPoint>& cloud, const Workspace& workspace,
-                       const fs::path& folder, const MeshOptions& options, std::vector<bool>& far,
-                       MeshSummary& summary, Progress& progress) {
-  TriangleMesh mesh = PoissonSurface(cloud, summary.depth, options.colmap, folder, progress);
+                       const MeshOptions& options, std::vector<bool>& far, MeshSummary& summary,
+                       Progress& progress) {
+  TriangleMesh mesh = PoissonSurface(cloud, summary.depth, progress);
   for (double distance : NearestDistances(Positions(cloud), mesh.vertices))
     far.push_back(distance > options.trim_cells * summary.cell);
   if (options.refinement.masks) {
@@ -64,7 +64,7 @@ TriangleMesh SurfaceOf(const std::vector<CloudPoint>& cloud, const Workspace& wo
   ClosingCounts counts;
   mesh = CloseSurface(mesh, far, {options.close, options.min_piece}, counts);
   if (mesh.triangles.empty())
-    throw NothingFound("no surface is left after trimming", folder.string(),
+    throw NothingFound("no surface is left after trimming", workspace.folder.string(),
                        "Raise --mesh-trim, or lower --mesh-min-piece");
   summary.gaps_closed = counts.closed, summary.gaps_cut = counts.cut;
   summary.pieces_dropped = counts.pieces, summary.closed_area = counts.closed_area;
@@ -105,7 +105,6 @@ OptionTable Table(MeshOptions& o) {
        "Refinement divides triangles until their edges are this long in the pictures; 0: it does not", "px",
        0, 1000},
       {"faces", &o.faces, "Triangles of the mesh at most; 0: as many as it has", "", 0, 1e9},
-      {"colmap", &o.colmap, "COLMAP's program, a name or a path"},
   };
   const OptionTable refinement = Table(o.refinement);
   table.insert(table.end(), refinement.begin(), refinement.end());
@@ -155,21 +154,20 @@ double PixelSize(const std::vector<CloudPoint>& cloud, const Workspace& workspac
 }
 
 CloudSurface MakeSurface(const std::vector<CloudPoint>& cloud, const Workspace& workspace,
-                         const fs::path& folder, const MeshOptions& options, MeshSummary& summary,
-                         Progress& progress) {
+                         const MeshOptions& options, MeshSummary& summary, Progress& progress) {
   CloudSurface surface;
   summary = PlanSurface(cloud, options);
-  surface.mesh = SurfaceOf(cloud, workspace, folder, options, surface.far, summary, progress);
+  surface.mesh = SurfaceOf(cloud, workspace, options, surface.far, summary, progress);
   progress.Check();
   Refine(surface, cloud, workspace, options, summary, progress);
   return surface;
 }
 
 MeshSummary MakeMesh(const fs::path& cloud_ply, const fs::path& dense, const fs::path& mesh_ply,
-                     const fs::path& folder, const MeshOptions& options, Progress& progress) {
+                     const MeshOptions& options, Progress& progress) {
   const std::vector<CloudPoint> cloud = ConfidentPoints(cloud_ply, options.min_confidence);
   MeshSummary summary;
-  TriangleMesh mesh = MakeSurface(cloud, ReadWorkspace(dense), folder, options, summary, progress).mesh;
+  TriangleMesh mesh = MakeSurface(cloud, ReadWorkspace(dense), options, summary, progress).mesh;
   if (options.faces > 0 && mesh.triangles.size() > std::size_t(options.faces))
     mesh = Simplify(mesh, options.faces);
   summary.vertices = mesh.vertices.size(), summary.faces = mesh.triangles.size();

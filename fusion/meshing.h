@@ -22,7 +22,6 @@ struct MeshOptions {
   double edge_px = 1.5;
   int faces = 0;
   RefineOptions refinement;
-  std::string colmap = "colmap";
 };
 OptionTable Table(MeshOptions& options);
 
@@ -50,18 +49,16 @@ struct CloudSurface {
   std::vector<bool> far;  // vertices that no points bear out
 };
 CloudSurface MakeSurface(const std::vector<CloudPoint>& cloud, const Workspace& workspace,
-                         const std::filesystem::path& folder, const MeshOptions& options,
-                         MeshSummary& summary, Progress& progress);
+                         const MeshOptions& options, MeshSummary& summary, Progress& progress);
 
 // World units that a pixel of the view that sees it best covers at a point of the cloud: the median. 0 if no
 // view sees any.
 double PixelSize(const std::vector<CloudPoint>& cloud, const Workspace& workspace);
 
 // The surface of a scan's cloud, with fewer faces if asked for (fusion/simplify.h), and with the colours of
-// the nearest points; written to `mesh_ply`. `folder` holds what is needed on the way and COLMAP's log. Same
-// bytes for any number of threads. Throws Error if the cloud is missing, has no normals, or makes no surface.
+// the nearest points; written to `mesh_ply`. Same bytes for any number of threads. Throws Error if the cloud
+// is missing, has no normals, or makes no surface.
 MeshSummary MakeMesh(const std::filesystem::path& cloud_ply, const std::filesystem::path& dense,
-                     const std::filesystem::path& mesh_ply, const std::filesystem::path& folder,
-                     const MeshOptions& options, Progress& progress);
+                     const std::filesystem::path& mesh_ply, const MeshOptions& options, Progress& progress);
 
 }  // namespace polarscan

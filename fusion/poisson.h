@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include <filesystem>
 #include <span>
-#include <string>
 
 #include "core/mesh.h"
 #include "core/progress.h"
@@ -20,12 +18,11 @@ std::size_t OccupiedCells(std::span<const CloudPoint> cloud, int depth);
 // Width of a cell at that depth, world units.
 double PoissonCell(std::span<const CloudPoint> cloud, int depth);
 
-// Screened Poisson reconstruction (Kazhdan, Hoppe, TOG 2013) by COLMAP's poisson_mesher, run as a program on
-// one thread: with more it gives other bytes each time (and 3.8 takes longer). A surface around everything,
-// also where there are no points; closed but where it meets the cube, and where COLMAP made no numbers. No
-// vertex normals. Works in `folder`, which keeps COLMAP's log. Throws Error if COLMAP is missing or makes no
-// surface.
-TriangleMesh PoissonSurface(std::span<const CloudPoint> cloud, int depth, const std::string& colmap,
-                            const std::filesystem::path& folder, Progress& progress);
+// Screened Poisson reconstruction (Kazhdan, Hoppe, TOG 2013), on grids from coarse to fine, each only near
+// the points and the surface of the one before: the surface of a function that falls along the points'
+// normals and is constant at the points. It goes on where there are no points, and is closed but where it
+// meets the cube. No vertex normals. Same bytes for any number of threads. Throws Cancelled, and Error if the
+// grids would not fit in memory.
+TriangleMesh PoissonSurface(std::span<const CloudPoint> cloud, int depth, Progress& progress);
 
 }  // namespace polarscan

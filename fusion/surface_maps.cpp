@@ -11,7 +11,6 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "core/parallel.h"
-#include "core/process.h"
 #include "fusion/fuse.h"
 #include "fusion/mesh_topology.h"
 #include "fusion/meshing.h"
@@ -30,8 +29,8 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMostPoints = 2'000'000;  // that make the surface: every second, third, ... of more
 constexpr std::size_t kLeastCloud = 100;
-constexpr double kCell = 2.2;     // px, of the octree that makes the surface: coarser ones lose detail
-constexpr int kFinestDepth = 10;  // of the octree; COLMAP needs some GB for it
+constexpr double kCell = 2.2;  // px, of the octree that makes the surface: coarser ones lose detail
+constexpr int kFinestDepth = 10;
 constexpr std::size_t kMostCells = 1'000'000;  // of the octree: one step coarser is taken for more
 constexpr float kSame = 0.02f;         // share of the depth by which an estimate may differ from a membrane
 constexpr float kLeastFacing = 0.02f;  // cosine between a normal and the line of sight
@@ -45,14 +44,16 @@ struct Drawn {
 };
 
 std::vector<CloudPoint> FusedCloud(const Workspace& workspace, const std::string& kind,
-                                   const fs::path& folder, const StereoOptions& options, Progress& progress) {
+                                   const StereoOptions& options, Progress& progress) {
+  const fs::path folder = workspace.folder / "stereo/surface", file = folder / "cloud.ply";
+  fs::remove_all(folder);  // what a killed run left
+  CreateFolder(folder);
   FusionOptions fusion;
   fusion.maps = kind;
   fusion.masks = options.masks;
-  const fs::path file = folder / "cloud.ply";
   FuseCloud(workspace, file, fusion, progress);
   std::vector<CloudPoint> cloud = ReadCloud(file);
-  fs::remove(file);
+  fs::remove_all(folder);
   const std::size_t every = 1 + (cloud.size() - 1) / kMostPoints;
   std::size_t kept = 0;
   for (std::size_t i = 0; i < cloud.size(); i += every) cloud[kept++] = cloud[i];
@@ -75,22 +76,22 @@ StereoOptions WithSurfacesThatHelp(const Workspace& workspace, StereoOptions opt
 }
 
 // Throws NothingFound if the maps make no surface as fine as they are.
-Drawn CommonSurface(const Workspace& workspace, const std::string& kind, const fs::path& folder,
-                    const StereoOptions& options, Progress& progress) {
-  const std::vector<CloudPoint> cloud = FusedCloud(workspace, kind, folder, options, progress);
+Drawn CommonSurface(const Workspace& workspace, const std::string& kind, const StereoOptions& options,
+                    Progress& progress) {
+  const std::vector<CloudPoint> cloud = FusedCloud(workspace, kind, options, progress);
   if (cloud.size() < kLeastCloud)
     throw NothingFound(fmt::format("{} points that views agree on are too few for a surface", cloud.size()),
-                       folder);
+                       workspace.folder);
   MeshOptions meshing;
   const double pixel = PixelSize(cloud, workspace);
   for (meshing.depth = kCoarsestDepth; PoissonCell(cloud, meshing.depth) > kCell * pixel;) ++meshing.depth;
   std::size_t cells = OccupiedCells(cloud, meshing.depth);
   if (cells > kMostCells) cells = OccupiedCells(cloud, --meshing.depth);
   if (meshing.depth > kFinestDepth || cells > kMostCells)
-    throw NothingFound("the scene is too large for one surface as fine as its pictures", folder);
+    throw NothingFound("the scene is too large for one surface as fine as its pictures", workspace.folder);
   meshing.refinement = RefinementBy(options);
   MeshSummary summary;
-  CloudSurface surface = MakeSurface(cloud, workspace, folder, meshing, summary, progress);
+  CloudSurface surface = MakeSurface(cloud, workspace, meshing, summary, progress);
   return {RayCaster({std::move(surface.mesh)}), std::move(surface.far)};
 }
 
@@ -192,13 +193,8 @@ class SurfaceStep {
 
   std::optional<Drawn> Surface(const std::string& kind) {
     if (there_is_none_) return {};
-    const fs::path folder = workspace_.folder / "stereo/surface";
-    fs::remove_all(folder);  // what a killed run left
-    CreateFolder(folder);
     try {
-      if (FindProgram("colmap").empty())
-        throw NothingFound("COLMAP is not installed", "colmap", "Install it with: sudo apt install colmap");
-      return CommonSurface(workspace_, kind, folder, options_, progress_);
+      return CommonSurface(workspace_, kind, options_, progress_);
     } catch (const NothingFound& error) {
       there_is_none_ = true;
       progress_.Warn(fmt::format("the views' maps stay separate, which is less accurate: {}", error.what()));

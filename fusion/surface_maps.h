@@ -15,9 +15,9 @@ namespace polarscan {
 // views without masks, where it is a membrane that no points bear out and the two depths differ.
 // options.filter: pixels go whose depth the separate maps of too few views support (stereo/rounds/vote.h).
 // Maps stay as they were where there is neither polarization nor a mask to refine by; and, with a warning,
-// where all views together make no surface (too few points, too large a scene, no COLMAP). Goes on where it
+// where all views together make no surface (too few points, too large a scene). Goes on where it
 // was stopped; same bytes for any number of threads. A shard of several leaves the last step to the program
-// that comes after all of them. COLMAP's log stays in dense/stereo/surface.
+// that comes after all of them.
 void EstimateMaps(const std::filesystem::path& dense, const StereoOptions& options, Progress& progress,
                   const Shard& shard = {});
 

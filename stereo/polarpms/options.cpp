@@ -78,8 +78,7 @@ OptionTable Table(StereoOptions& o) {
        "checkerboard: at each finer size, matchings of the whole surface, a round across views after each",
        "", 0, 10},
       {"surfaces", &o.surfaces,
-       "checkerboard: times that, at the end, all views' maps become one surface (by COLMAP's "
-       "poisson_mesher), "
+       "checkerboard: times that, at the end, all views' maps become one surface, "
        "which AoP and outlines refine, and take their depths and normals from it; 0: they stay separate",
        "", 0, 10},
       {"rounds", &o.rounds, "checkerboard: rounds across views at the coarsest level; 0: none at any", "", 0,

@@ -15,7 +15,6 @@ using nlohmann::json;
 class MeshCommand : public testing::Test {
  protected:
   void SetUp() override {
-    if (!HasProgram("colmap")) GTEST_SKIP() << "no colmap";
     WriteToyScan(Scan(), 8);
   }
   fs::path Scan() const { return folder_ / "scan"; }
@@ -63,35 +62,6 @@ TEST_F(MeshCommand, AWrongEndingIsRefusedBeforeAnyWork) {
   EXPECT_EQ(outcome.exit_code, kFailed);
   EXPECT_NE(outcome.err.find(".ply, .obj or .glb"), std::string::npos) << outcome.err;
   EXPECT_FALSE(fs::exists(Scan() / "mesh.ply"));
-}
-
-TEST_F(MeshCommand, WithoutColmapItSaysHowToInstallIt) {
-  const Outcome outcome = Run({"--colmap", "no-such-colmap"});
-  EXPECT_EQ(outcome.exit_code, kFailed);
-  EXPECT_NE(outcome.err.find("apt install colmap"), std::string::npos) << outcome.err;
-}
-
-// What COLMAP 3.8 was seen to do where it does not do what it was asked for.
-TEST_F(MeshCommand, AColmapThatLeavesNoMeshIsSaidWhateverItsExitCode) {
-  const fs::path colmap = folder_ / "colmap";
-  const std::string empty =
-      "printf 'ply\\nformat ascii 1.0\\nelement vertex 0\\nproperty float x\\nelement face 0\\n"
-      "property list uchar int vertex_indices\\nend_header\\n' >\"$5\"; exit 0";
-  for (const std::string& does : {std::string("exit 0"), std::string("kill -ABRT $$"), empty,
-                                  std::string("echo ply >\"$5\"; exit 0"), std::string("echo >\"$5\"")}) {
-    WriteFileAtomically(colmap,
-                        "#!/bin/sh\n"
-                        "[ $1 = help ] && { echo 'COLMAP 3.8 -- Structure-from-Motion'; exit 0; }\n"
-                        "[ $2 = -h ] && { echo '--input_path --output_path --PoissonMeshing.depth "
-                        "--PoissonMeshing.trim --PoissonMeshing.num_threads'; exit 0; }\n" +
-                            does + "\n");
-    fs::permissions(colmap, fs::perms::owner_all);
-    const Outcome outcome = Run({"--colmap", colmap.string()});
-    EXPECT_EQ(outcome.exit_code, kFailed) << does;
-    EXPECT_NE(outcome.err.find("COLMAP made no surface of"), std::string::npos) << outcome.err;
-    EXPECT_NE(outcome.err.find("--no-mesh"), std::string::npos) << outcome.err;
-    EXPECT_FALSE(fs::exists(Scan() / "mesh.ply"));
-  }
 }
 
 // trimesh is an independent reader of all three formats.

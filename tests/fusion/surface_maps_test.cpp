@@ -22,10 +22,6 @@ class SurfaceMaps : public testing::Test {
     WriteSphereMasks(workspace_);
   }
 
-  void SetUp() override {
-    if (FindProgram("colmap").empty()) GTEST_SKIP() << "no colmap in PATH";
-  }
-
   // Separate maps of the unit sphere, as stereo leaves them; change(view, maps) may damage some.
   void Write(const std::function<void(int, SphereMaps&)>& change) {
     WriteSphere(workspace_, change, kSeparateMaps);
@@ -170,7 +166,6 @@ TEST_F(SurfaceMaps, PhotographsWithoutMasksKeepTheirSeparateMaps) {
   options_.refinements = options_.rounds = 0, options_.levels = 1;
   EstimateMaps(folder_.path(), options_, listener_);
   EXPECT_TRUE(std::filesystem::exists(workspace_.DepthPath(17, kFinalMaps)));
-  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "stereo/surface"));
   const StereoPlan plan = PlanMaps(folder_.path(), options_);
   EXPECT_EQ(plan.steps.back().kind, kFinalMaps);
   EXPECT_EQ(plan.steps.back().done, 18);
