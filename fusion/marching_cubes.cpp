@@ -12,8 +12,6 @@
 namespace polarscan {
 namespace {
 
-constexpr int kSide = SparseGrid::kSide, kNodes = SparseGrid::kNodes;
-
 // Corner c of a cell lies at (c & 1, c >> 1 & 1, c >> 2). An edge is its axis and its corner of smaller
 // coordinates.
 constexpr int EdgeOf(int a, int b) {
@@ -53,10 +51,11 @@ CellTriangles TrianglesOf(int inside) {
 
 // The vertices of the edges that begin at a block's nodes: numbered from `first` in the order of their bits.
 struct BlockVertices {
-  std::bitset<3 * kNodes> there;
+  std::bitset<3 * SparseGrid::kNodes> there;
   std::uint32_t first = 0;
   std::uint32_t Index(int node, int axis) const {
-    return first + std::uint32_t((there << std::size_t(3 * kNodes - 1 - (3 * node + axis))).count()) - 1;
+    return first +
+           std::uint32_t((there << std::size_t(3 * SparseGrid::kNodes - 1 - (3 * node + axis))).count()) - 1;
   }
 };
 
@@ -70,7 +69,8 @@ TriangleMesh MarchingCubes(const SparseGrid& grid, float level) {
   }();
   constexpr int kStep[3] = {1, SparseGrid::kHaloSide, SparseGrid::kHaloSide * SparseGrid::kHaloSide};
   const auto halo_index = [](int node) {
-    return SparseGrid::HaloIndex(node % kSide, node / kSide % kSide, node / (kSide * kSide));
+    return SparseGrid::HaloIndex(node % SparseGrid::kSide, node / SparseGrid::kSide % SparseGrid::kSide,
+                                 node / (SparseGrid::kSide * SparseGrid::kSide));
   };
   const auto count = std::size_t(grid.size());
   std::vector<BlockVertices> vertices(count);
@@ -79,10 +79,12 @@ TriangleMesh MarchingCubes(const SparseGrid& grid, float level) {
     SparseGrid::Halo halo;
     grid.Load(block, halo);
     const SparseGrid::Place place = SparseGrid::PlaceOf(grid.key(block));
-    for (int node = 0; node < kNodes; ++node) {
+    for (int node = 0; node < SparseGrid::kNodes; ++node) {
       const int at = halo_index(node);
-      const Eigen::Vector3i corner(kSide * place[0] + node % kSide, kSide * place[1] + node / kSide % kSide,
-                                   kSide * place[2] + node / (kSide * kSide));
+      const Eigen::Vector3i corner(
+          SparseGrid::kSide * place[0] + node % SparseGrid::kSide,
+          SparseGrid::kSide * place[1] + node / SparseGrid::kSide % SparseGrid::kSide,
+          SparseGrid::kSide * place[2] + node / (SparseGrid::kSide * SparseGrid::kSide));
       for (int axis = 0; axis < 3; ++axis) {
         const float here = halo[std::size_t(at)] - level, there = halo[std::size_t(at + kStep[axis])] - level;
         if ((here > 0) == (there > 0)) continue;
@@ -103,8 +105,9 @@ TriangleMesh MarchingCubes(const SparseGrid& grid, float level) {
     SparseGrid::Halo halo;
     grid.Load(block, halo);
     const auto& around = grid.Around(block);
-    for (int node = 0; node < kNodes; ++node) {
-      const int lower[3] = {node % kSide, node / kSide % kSide, node / (kSide * kSide)};
+    for (int node = 0; node < SparseGrid::kNodes; ++node) {
+      const int lower[3] = {node % SparseGrid::kSide, node / SparseGrid::kSide % SparseGrid::kSide,
+                            node / (SparseGrid::kSide * SparseGrid::kSide)};
       int inside = 0;
       for (int corner = 0; corner < 8; ++corner)
         inside |= int(halo[std::size_t(halo_index(node) + (corner & 1) * kStep[0] +
@@ -113,9 +116,9 @@ TriangleMesh MarchingCubes(const SparseGrid& grid, float level) {
       // The vertex of an edge belongs to the block of the edge's first node.
       const auto vertex = [&](int edge, std::uint32_t& index) {
         int step = 0, local = 0;
-        for (int axis = 0, stride = 1, size = 1; axis < 3; ++axis, stride *= 3, size *= kSide) {
+        for (int axis = 0, stride = 1, size = 1; axis < 3; ++axis, stride *= 3, size *= SparseGrid::kSide) {
           const int at = lower[axis] + (edge >> axis & 1);
-          step += at / kSide * stride, local += at % kSide * size;
+          step += at / SparseGrid::kSide * stride, local += at % SparseGrid::kSide * size;
         }
         const int owner = around[std::size_t(13 + step)];
         if (owner < 0) return false;

@@ -8,7 +8,7 @@
 
 namespace polarscan {
 
-constexpr int kCoarsestDepth = 5;  // at 4 COLMAP 3.8 makes dents of 0.6 cells in a sphere
+constexpr int kCoarsestDepth = 5;  // of the grid that covers the whole cube
 
 // The octree depth at which the surface's cells still hold two points each on average: finer cells would be
 // filled from their neighbours. The cube around the cloud has 2^depth cells along each side. 5 to 12.
