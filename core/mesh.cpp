@@ -94,23 +94,16 @@ double TriangleDistance(const Eigen::Vector3d& p, const Eigen::Vector3d& a, cons
   return std::min({SegmentDistance(p, a, b), SegmentDistance(p, b, c), SegmentDistance(p, c, a)});
 }
 
-TriangleMesh ReadMesh(const std::filesystem::path& path, NotFinite not_finite) {
+TriangleMesh ReadMesh(const std::filesystem::path& path) {
   const PlyFile file = ReadPly(path);
   const auto vertex = file.find("vertex");
   if (vertex == file.end()) throw Error("a PLY without vertices", path.string(), kExportAgain);
   TriangleMesh mesh;
   mesh.vertices = Points(vertex->second, {"x", "y", "z"});
   if (mesh.vertices.empty()) throw Error("a PLY without vertices", path.string(), kExportAgain);
-  const auto broken = [&](std::uint32_t v) { return !mesh.vertices[v].allFinite(); };
+  if (!std::ranges::all_of(mesh.vertices, [](const auto& vertex) { return vertex.allFinite(); }))
+    throw Error("a vertex that is not a finite point", path.string(), kExportAgain);
   mesh.triangles = Triangles(file, mesh.vertices.size(), path.string());
-  if (not_finite == NotFinite::kLeaveOut)
-    std::erase_if(mesh.triangles, [&](const auto& t) { return std::ranges::any_of(t, broken); });
-  for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
-    if (!broken(v)) continue;
-    if (not_finite == NotFinite::kRefuse)
-      throw Error("a vertex that is not a finite point", path.string(), kExportAgain);
-    mesh.vertices[v].setZero();  // no triangle uses it
-  }
   if (mesh.triangles.empty()) throw Error("a PLY without faces", path.string(), kExportAgain);
   mesh.normals = Points(vertex->second, {"nx", "ny", "nz"});
   if (!NormalizeNormals(mesh)) ComputeVertexNormals(mesh);

@@ -23,9 +23,8 @@ struct TriangleMesh {
 void ComputeVertexNormals(TriangleMesh& mesh);
 
 // PLY, ascii or binary, either byte order; polygons are split into fans. Throws Error on a damaged file, and
-// on vertices that are not finite points: or leaves them out, with the triangles that use them.
-enum class NotFinite { kRefuse, kLeaveOut };
-TriangleMesh ReadMesh(const std::filesystem::path& path, NotFinite not_finite = NotFinite::kRefuse);
+// on vertices that are not finite points.
+TriangleMesh ReadMesh(const std::filesystem::path& path);
 // Binary little-endian PLY with normals. Atomic.
 void WriteMesh(const std::filesystem::path& path, const TriangleMesh& mesh);
 
