@@ -41,12 +41,13 @@ std::vector<Sample> OneForEachCell(std::vector<Sample> samples) {
   tbb::parallel_sort(order.begin(), order.end());
   std::vector<Sample> merged;
   for (std::size_t i = 0, end; i < order.size(); i = end) {
-    Sample sum{order[i].block, Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero(), 0};
+    Sample sum{order[i].block, Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero(), 0, 0};
     for (end = i;
          end < order.size() && order[end].block == order[i].block && order[end].cell == order[i].cell;
          ++end) {
       const Sample& sample = samples[order[end].index];
       sum.at += sample.area * sample.at, sum.normal += sample.normal, sum.area += sample.area;
+      sum.weight += sample.weight;
     }
     sum.at /= sum.area;
     merged.push_back(sum);
@@ -79,9 +80,13 @@ void SetAreas(std::vector<Sample>& samples) {
     for (std::size_t k = 0; k < own.size(); ++k)
       areas[begin + k] = float(SparseGrid::kSide * SparseGrid::kSide) / counts[k];
   });
+  double sum = 0;
+  for (const Sample& sample : samples) sum += sample.weight;
+  const auto mean = float(sum / double(samples.size()));
   for (std::size_t i = 0; i < samples.size(); ++i) {
     samples[i].normal *= areas[i] / samples[i].area;
     samples[i].area = areas[i];
+    samples[i].weight *= areas[i] / mean;
   }
 }
 
@@ -96,14 +101,15 @@ std::vector<Sample> FinestSamples(std::span<const CloudPoint> cloud, const Eigen
                                   double cell) {
   std::vector<Sample> samples(cloud.size());
   for (std::size_t i = 0; i < cloud.size(); ++i)
-    samples[i] = {0, ((cloud[i].position.cast<double>() - origin) / cell).cast<float>(), cloud[i].normal, 1};
+    samples[i] = {0, ((cloud[i].position.cast<double>() - origin) / cell).cast<float>(), cloud[i].normal, 1,
+                  1};
   samples = OneForEachCell(std::move(samples));
   SetAreas(samples);
   return samples;
 }
 
 std::vector<Sample> Coarser(std::vector<Sample> samples) {
-  for (Sample& sample : samples) sample.at /= 2, sample.normal /= 4, sample.area /= 4;
+  for (Sample& sample : samples) sample.at /= 2, sample.normal /= 4, sample.area /= 4, sample.weight /= 4;
   return OneForEachCell(std::move(samples));
 }
 

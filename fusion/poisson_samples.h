@@ -15,6 +15,7 @@ struct PoissonSample {
   Eigen::Vector3f at;
   Eigen::Vector3f normal;  // outward; its length is the area, less where the points' normals differ
   float area;
+  float weight;  // area times the number of points, as a multiple of the mean number
 };
 
 // Of the finest grid, whose first node lies at `origin`, in the order of their blocks. A sample's area is

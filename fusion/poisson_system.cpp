@@ -146,7 +146,7 @@ class GridSystem {
         AddNormal(at, sample.normal, right);
         const Eigen::Vector3i cell(int(std::floor(at.x())), int(std::floor(at.y())), int(std::floor(at.z())));
         if (cell.minCoeff() < -1 || cell.maxCoeff() >= SparseGrid::kSide) continue;
-        touches.push_back(TouchOf(at - cell.cast<float>(), cell, kScreening * sample.area));
+        touches.push_back(TouchOf(at - cell.cast<float>(), cell, kScreening * sample.weight));
       }
     }
     for (const Touch& touch : touches)
@@ -205,10 +205,34 @@ class GridSystem {
   double right_side_;  // its square, in the preconditioner's measure
 };
 
+// The values at the nodes of the quadratic B-splines whose coefficients the values are.
+void Smooth(SparseGrid& grid) {
+  std::vector<float> smooth(std::size_t(grid.size()) * SparseGrid::kNodes);
+  ParallelFor(0, grid.size(), [&](int block) {
+    SparseGrid::Halo values, along;
+    grid.Load(block, values);
+    for (int step : {1, SparseGrid::kHaloSide, SparseGrid::kHaloSide * SparseGrid::kHaloSide}) {
+      along = values;
+      for (std::size_t i = std::size_t(step); i + std::size_t(step) < values.size(); ++i)
+        along[i] += (values[i - std::size_t(step)] - 2 * values[i] + values[i + std::size_t(step)]) / 8;
+      values = along;
+    }
+    float* out = smooth.data() + std::size_t(block) * SparseGrid::kNodes;
+    for (int z = 0; z < SparseGrid::kSide; ++z)
+      for (int y = 0; y < SparseGrid::kSide; ++y, out += SparseGrid::kSide)
+        std::copy_n(&values[std::size_t(SparseGrid::HaloIndex(0, y, z))], SparseGrid::kSide, out);
+  });
+  ParallelFor(0, grid.size(), [&](int block) {
+    std::copy_n(smooth.data() + std::size_t(block) * SparseGrid::kNodes, SparseGrid::kNodes,
+                grid.Values(block));
+  });
+}
+
 }  // namespace
 
 void SolvePoisson(SparseGrid& grid, const std::vector<Sample>& samples, const Progress& progress) {
   GridSystem(grid, samples).Solve(progress);
+  Smooth(grid);
 }
 
 }  // namespace polarscan

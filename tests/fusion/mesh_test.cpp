@@ -266,7 +266,7 @@ TEST(Meshing, APoissonDepthHoldsTwoPointsACell) {
   EXPECT_LT(20000 / cells, 9);
 }
 
-TEST(Meshing, ASphereCloudGivesAClosedMeshWithinAFifteenthOfACell) {
+TEST(Meshing, ASphereCloudGivesAClosedMeshWithinATwelfthOfACell) {
   MeshScan scan(SphereCloud(5000));
   const MeshSummary summary = scan.Make();
   const TriangleMesh mesh = ReadMesh(scan.Mesh());
@@ -274,7 +274,7 @@ TEST(Meshing, ASphereCloudGivesAClosedMeshWithinAFifteenthOfACell) {
   EXPECT_TRUE(IsClosed(mesh));
   EXPECT_EQ(mesh.triangles.size(), summary.faces);
   EXPECT_EQ(2 * mesh.vertices.size(), 4 + mesh.triangles.size()) << "Euler's formula for a sphere";
-  EXPECT_LT(FarthestFromSphere(mesh), summary.cell / 15);
+  EXPECT_LT(FarthestFromSphere(mesh), summary.cell / 12);
   for (const CloudPoint& v : ReadSurfaceMesh(scan.Mesh()).vertices) {
     const Eigen::Vector3d n = v.position.cast<double>().normalized();
     EXPECT_GT(v.normal.cast<double>().dot(n), std::cos(1.5 * summary.cell));
