@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <optional>
+#include <utility>
 
 #include "core/error.h"
 #include "core/files.h"
@@ -35,7 +37,7 @@ constexpr std::size_t kMostCells = 1'000'000;  // of the octree: one step coarse
 constexpr float kSame = 0.02f;         // share of the depth by which an estimate may differ from a membrane
 constexpr float kLeastFacing = 0.02f;  // cosine between a normal and the line of sight
 
-// The maps of a turn; the last one's are the result if they are not filtered.
+// The maps of a turn; the last one's are the result, but for the filter.
 std::string TurnMaps(int turn) { return fmt::format("step-surface{}", turn); }
 
 struct Drawn {
@@ -141,13 +143,16 @@ class SurfaceStep {
             [](const DepthNormalMap& m) { return BytesOf(m); }) {}
 
   void Run() {
-    std::string before = kSeparateMaps;
+    std::string maps = kSeparateMaps;
     for (int turn = 1; turn <= options_.surfaces; ++turn) {
-      const std::string after = turn < options_.surfaces || options_.filter ? TurnMaps(turn) : kFinalMaps;
-      Draw(before, after);
-      before = after;
+      const std::string before = std::exchange(maps, TurnMaps(turn));
+      Draw(before, maps);
+      if (turn > 1 && MeanChange(before, maps) < options_.surface_change_px) break;
     }
-    if (options_.filter) Filter(before);  // after the drawing: the surface is gone from memory
+    if (options_.filter)
+      Filter(maps);  // after the drawing: the surface is gone from memory
+    else
+      ForEachView("final maps", maps, kFinalMaps, [](int, DepthNormalMap&) {});
   }
 
  private:
@@ -161,6 +166,24 @@ class SurfaceStep {
     ForEachView("maps from the surface", before, after, [&](int view, DepthNormalMap& map) {
       if (surface) map = Drawing(*surface, workspace_.views[std::size_t(view)], IsMasked(view), map);
     });
+  }
+
+  // Of the depths that both kinds of maps hold, in sizes of a pixel there.
+  double MeanChange(const std::string& before, const std::string& after) const {
+    const std::size_t count = workspace_.views.size();
+    std::vector<double> sums(count), pixels(count);
+    ParallelFor(0, int(count), [&](int view) {
+      const Image<float> old_depth = ReadMaps(workspace_, view, before).depth,
+                         new_depth = ReadMaps(workspace_, view, after).depth;
+      const double focal = workspace_.views[std::size_t(view)].camera.fx;
+      for (std::size_t i = 0; i < new_depth.size(); ++i) {
+        const double a = old_depth.pixels()[i], b = new_depth.pixels()[i];
+        if (a <= 0 || b <= 0) continue;
+        sums[std::size_t(view)] += focal * std::abs(b / a - 1), ++pixels[std::size_t(view)];
+      }
+    });
+    const double all = std::accumulate(pixels.begin(), pixels.end(), 0.0);
+    return all > 0 ? std::accumulate(sums.begin(), sums.end(), 0.0) / all : 0;
   }
 
   // By the support that the other views' separate maps give these depths.

@@ -17,7 +17,7 @@ StereoOptions StereoPreset(const std::string& name) {
   }
   if (name == "best") {
     options.refinements = 4;
-    options.surfaces = 3;
+    options.surface_change_px = 0;
     options.sources = 16;
     options.vote_views = 32;
     return options;
@@ -78,9 +78,12 @@ OptionTable Table(StereoOptions& o) {
        "checkerboard: at each finer size, matchings of the whole surface, a round across views after each",
        "", 0, 10},
       {"surfaces", &o.surfaces,
-       "checkerboard: times that, at the end, all views' maps become one surface, "
+       "checkerboard: times at most that, at the end, all views' maps become one surface, "
        "which AoP and outlines refine, and take their depths and normals from it; 0: they stay separate",
        "", 0, 10},
+      {"surface-change", &o.surface_change_px,
+       "the next surface is made if the last one moved the depths by as much in the mean; 0: always", "px", 0,
+       1000},
       {"rounds", &o.rounds, "checkerboard: rounds across views at the coarsest level; 0: none at any", "", 0,
        10},
       {"chosen-sources", &o.chosen_sources, "checkerboard: source views that decide at a pixel", "", 1, 32},

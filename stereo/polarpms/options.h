@@ -22,7 +22,8 @@ struct StereoOptions {
   int search_levels = 1;
   int rounds = 3;
   int refinements = 2;
-  int surfaces = 2;
+  int surfaces = 3;
+  double surface_change_px = 0.5;
   int chosen_sources = 6;
   int photometric_iterations = 3;
   int geometric_iterations = 1;

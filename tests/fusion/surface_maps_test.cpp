@@ -18,6 +18,7 @@ namespace {
 class SurfaceMaps : public testing::Test {
  protected:
   SurfaceMaps() {
+    options_.surface_change_px = 1e3;                 // two surfaces
     options_.polarization = options_.filter = false;  // sphere_scene's AoP is none of a sphere
     WriteSphereMasks(workspace_);
   }
@@ -72,18 +73,21 @@ class SurfaceMaps : public testing::Test {
     return bytes;
   }
 
-  // Keeps what is said; cancels after so many of all advances.
+  // Keeps what is said, counts the surfaces that maps are drawn from; cancels after so many maps, drawn or
+  // final.
   class Listener : public Progress {
    public:
     explicit Listener(int advances = 1 << 30) : left_(advances) {}
     void Warn(const std::string& message) override { words += message; }
     void Begin(const std::string& title, std::size_t, const std::string&) override {
-      counting_ = title == "maps from the surface";
+      surfaces += title == "maps from the surface";
+      counting_ = title == "maps from the surface" || title == "final maps";
     }
     void Advance(std::size_t) override {
       if (counting_ && --left_ == 0) Cancel();
     }
     std::string words;
+    int surfaces = 0;
 
    private:
     bool counting_ = false;
@@ -114,13 +118,26 @@ TEST_F(SurfaceMaps, StoppedInTheMiddleItGoesOnToTheSameBytesWithAnyNumberOfThrea
   const std::string undisturbed = FinalBytes();
   for (int i = 0; i < 18; ++i) std::filesystem::remove(workspace_.DepthPath(i, kFinalMaps));
   Write(AddNoise);
-  Listener impatient(18 + 7);  // in the second surface's maps
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  Listener impatient(18 + 7), less_so(18 + 7);  // in the second surface's maps; in the final ones
   EXPECT_THROW(EstimateMaps(folder_.path(), options_, impatient), Cancelled);
+  EXPECT_FALSE(std::filesystem::exists(workspace_.DepthPath(0, kFinalMaps)));
+  EXPECT_THROW(EstimateMaps(folder_.path(), options_, less_so), Cancelled);
   EXPECT_TRUE(std::filesystem::exists(workspace_.DepthPath(0, kFinalMaps)));
   EXPECT_FALSE(std::filesystem::exists(workspace_.DepthPath(17, kFinalMaps)));
   EstimateMaps(folder_.path(), options_, listener_);
   EXPECT_TRUE(FinalBytes() == undisturbed);
+}
+
+TEST_F(SurfaceMaps, TheNextSurfaceIsMadeWhileTheLastOneMovedTheDepthsByAsMuch) {
+  options_.surfaces = 4;
+  for (const auto& [change, surfaces] : {std::pair{1e3, 2}, std::pair{0.0, 4}}) {
+    options_.surface_change_px = change;
+    Write(AddNoise);
+    Listener listener;
+    EstimateMaps(folder_.path(), options_, listener);
+    EXPECT_EQ(listener.surfaces, surfaces) << change;
+  }
 }
 
 TEST_F(SurfaceMaps, OnlyTheViewsAskedForHaveMaps) {
