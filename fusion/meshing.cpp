@@ -14,6 +14,7 @@
 #include "fusion/silhouettes.h"
 #include "fusion/simplify.h"
 #include "fusion/surface.h"
+#include "stereo/polarpms/view.h"
 
 namespace polarscan {
 namespace {
@@ -166,8 +167,12 @@ CloudSurface MakeSurface(const std::vector<CloudPoint>& cloud, const Workspace& 
 MeshSummary MakeMesh(const fs::path& cloud_ply, const fs::path& dense, const fs::path& mesh_ply,
                      const MeshOptions& options, Progress& progress) {
   const std::vector<CloudPoint> cloud = ConfidentPoints(cloud_ply, options.min_confidence);
+  const Workspace workspace = ReadWorkspace(dense);
+  MeshOptions helping = options;
+  helping.refinement.polarization =
+      options.refinement.polarization && AopTells(workspace, options.refinement.masks);
   MeshSummary summary;
-  TriangleMesh mesh = MakeSurface(cloud, ReadWorkspace(dense), options, summary, progress).mesh;
+  TriangleMesh mesh = MakeSurface(cloud, workspace, helping, summary, progress).mesh;
   if (options.faces > 0 && mesh.triangles.size() > std::size_t(options.faces))
     mesh = Simplify(mesh, options.faces);
   summary.vertices = mesh.vertices.size(), summary.faces = mesh.triangles.size();

@@ -22,6 +22,7 @@
 #include "stereo/polarpms/done_list.h"
 #include "stereo/polarpms/filter.h"
 #include "stereo/polarpms/stage_inputs.h"
+#include "stereo/polarpms/view.h"
 #include "stereo/rounds/vote.h"
 
 namespace polarscan {
@@ -70,8 +71,10 @@ RefineOptions RefinementBy(const StereoOptions& options) {
   return refinement;
 }
 
-// None where nothing could refine one.
-StereoOptions WithSurfacesThatHelp(const Workspace& workspace, StereoOptions options) {
+// Without polarization where it is nothing but noise, without surfaces where nothing could refine one.
+StereoOptions WithWhatHelps(const Workspace& workspace, StereoOptions options) {
+  if (options.polarization && options.polarization_evidence == "noise" && workspace.polarized)
+    options.polarization = AopTells(workspace, options.masks);
   if (options.schedule != "checkerboard" || !CanRefine(workspace, RefinementBy(options)))
     options.surfaces = 0;
   return options;
@@ -248,8 +251,11 @@ void RemoveOtherMaps(const Workspace& all, const Workspace& chosen) {
 // All steps, the surfaces among them.
 void EstimateWithSurfaces(const Workspace& workspace, const StereoOptions& options, std::uint64_t inputs,
                           Progress& progress, const Shard& shard) {
-  if (!DoneList(workspace, inputs, shard).IsDone(kFinalMaps)) {
-    EstimateDepths(workspace, options, inputs, progress, shard);
+  const DoneList before(workspace, inputs, shard);
+  if (!before.IsDone(kFinalMaps)) {
+    // Not again for one that goes on with the surfaces: it would forget those that there are.
+    if (shard.count > 1 || !before.IsDone(kSeparateMaps))
+      EstimateDepths(workspace, options, inputs, progress, shard);
     if (shard.count > 1) return;
     DoneList done(workspace, inputs);
     SurfaceStep(workspace, options, done, progress).Run();
@@ -264,12 +270,14 @@ void EstimateWithSurfaces(const Workspace& workspace, const StereoOptions& optio
 }  // namespace
 
 StereoPlan PlanMaps(const fs::path& dense, const StereoOptions& options) {
-  return PlanDepths(dense, WithSurfacesThatHelp(ChosenViews(ReadWorkspace(dense), options.views), options));
+  return PlanDepths(dense, WithWhatHelps(ChosenViews(ReadWorkspace(dense), options.views), options));
 }
 
 void EstimateMaps(const fs::path& dense, const StereoOptions& asked, Progress& progress, const Shard& shard) {
   const Workspace all = ReadWorkspace(dense), workspace = ChosenViews(all, asked.views);
-  const StereoOptions options = WithSurfacesThatHelp(workspace, asked);
+  const StereoOptions options = WithWhatHelps(workspace, asked);
+  if (asked.polarization && !options.polarization)
+    progress.Warn("the pictures' polarization is nothing but noise: it is left out, as by --no-polarization");
   const std::uint64_t inputs = StereoInputHash(workspace, options);  // reads all pictures: once
   const Workspace cut = CutToObject(workspace, options);
   if (options.surfaces > 0)

@@ -115,6 +115,24 @@ Image<PolarSample> MakePolarSamples(const StokesImage& stokes, const StereoOptio
   return samples;
 }
 
+bool AopTells(const Workspace& workspace, bool masks) {
+  constexpr float kSure = 0.5f;
+  constexpr double kLeastShare = 0.01;
+  if (!workspace.polarized) return false;
+  std::size_t sure = 0, all = 0;
+  const int count = int(workspace.views.size()), step = (count + 7) / 8;
+  for (int view = 0; view < count; view += step) {
+    const Image<PolarSample> samples = MakePolarSamples(ReadViewLight(workspace, view), StereoOptions());
+    const Image<std::uint8_t> mask = masks ? ReadViewMask(workspace, view) : Image<std::uint8_t>();
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      if (!mask.empty() && !mask.pixels()[i]) continue;
+      ++all;
+      sure += samples.pixels()[i].weight > kSure;
+    }
+  }
+  return double(sure) >= kLeastShare * double(all);
+}
+
 Pinhole HalfCamera(const Pinhole& c) {
   return {c.width / 2, c.height / 2, c.fx / 2, c.fy / 2, c.cx / 2, c.cy / 2};
 }

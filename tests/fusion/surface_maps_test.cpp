@@ -10,6 +10,7 @@
 #include "core/process.h"
 #include "core/random.h"
 #include "stereo/polarpms/done_list.h"
+#include "stereo/polarpms/view.h"
 #include "tests/fusion/sphere_scene.h"
 
 namespace polarscan {
@@ -26,6 +27,10 @@ class SurfaceMaps : public testing::Test {
   // Separate maps of the unit sphere, as stereo leaves them; change(view, maps) may damage some.
   void Write(const std::function<void(int, SphereMaps&)>& change) {
     WriteSphere(workspace_, change, kSeparateMaps);
+    ListSeparateMaps();
+  }
+
+  void ListSeparateMaps() const {
     const Workspace chosen = ChosenViews(workspace_, options_.views);
     DoneList done(chosen, StereoInputHash(chosen, options_));
     for (int view = 0; view < int(chosen.views.size()); ++view) done.Add(view, kSeparateMaps);
@@ -123,6 +128,7 @@ TEST_F(SurfaceMaps, StoppedInTheMiddleItGoesOnToTheSameBytesWithAnyNumberOfThrea
   EXPECT_THROW(EstimateMaps(folder_.path(), options_, impatient), Cancelled);
   EXPECT_FALSE(std::filesystem::exists(workspace_.DepthPath(0, kFinalMaps)));
   EXPECT_THROW(EstimateMaps(folder_.path(), options_, less_so), Cancelled);
+  EXPECT_EQ(less_so.surfaces, 1) << "the first one is not made again";
   EXPECT_TRUE(std::filesystem::exists(workspace_.DepthPath(0, kFinalMaps)));
   EXPECT_FALSE(std::filesystem::exists(workspace_.DepthPath(17, kFinalMaps)));
   EstimateMaps(folder_.path(), options_, listener_);
@@ -138,6 +144,29 @@ TEST_F(SurfaceMaps, TheNextSurfaceIsMadeWhileTheLastOneMovedTheDepthsByAsMuch) {
     EstimateMaps(folder_.path(), options_, listener);
     EXPECT_EQ(listener.surfaces, surfaces) << change;
   }
+}
+
+TEST_F(SurfaceMaps, PolarizationThatIsNothingButNoiseIsLeftOut) {
+  std::string bytes[2];
+  for (const bool polarization : {false, true}) {
+    WriteSphere(workspace_, AddNoise, kSeparateMaps);
+    EXPECT_TRUE(AopTells(workspace_, true));
+    Random random(5);
+    for (int view = 0; view < 18; ++view) {
+      StokesImage stokes = ReadStokes(workspace_.StokesPath(view));
+      for (auto* part : {&stokes.s1, &stokes.s2})
+        for (float& value : part->pixels()) value = 0.01f * float(random.Normal());  // as `noise` says
+      WriteStokes(workspace_.StokesPath(view), stokes);
+    }
+    EXPECT_FALSE(AopTells(workspace_, true));
+    ListSeparateMaps();  // as made without polarization
+    options_.polarization = polarization;
+    EstimateMaps(folder_.path(), options_, listener_);
+    options_.polarization = false;
+    bytes[polarization] = FinalBytes();
+    EXPECT_EQ(listener_.words.find("nothing but noise") != std::string::npos, polarization);
+  }
+  EXPECT_TRUE(bytes[0] == bytes[1]);
 }
 
 TEST_F(SurfaceMaps, OnlyTheViewsAskedForHaveMaps) {
