@@ -93,7 +93,8 @@ class SequentialStage {
 }  // namespace
 
 std::uint64_t StereoInputHash(const Workspace& workspace, StereoOptions options) {
-  constexpr const char* kSteps = "cut to the object, grids for the surface";  // another text where maps of steps are of another kind
+  constexpr const char* kSteps =
+      "cut to the object, grids for the surface";  // another text where maps of steps are of another kind
   std::uint64_t hash = Hash(ToText(ToJson(Table(options))), Hash(kSteps));
   hash = HashFile(workspace.folder / "views.json", hash);
   for (int view = 0; view < int(workspace.views.size()); ++view) {

@@ -14,9 +14,7 @@ using nlohmann::json;
 
 class MeshCommand : public testing::Test {
  protected:
-  void SetUp() override {
-    WriteToyScan(Scan(), 8);
-  }
+  void SetUp() override { WriteToyScan(Scan(), 8); }
   fs::path Scan() const { return folder_ / "scan"; }
   Outcome Run(std::vector<std::string> more = {}) const {
     more.insert(more.begin(), {"mesh", Scan().string()});
