@@ -101,7 +101,7 @@ TriangleMesh ReadMesh(const std::filesystem::path& path) {
   TriangleMesh mesh;
   mesh.vertices = Points(vertex->second, {"x", "y", "z"});
   if (mesh.vertices.empty()) throw Error("a PLY without vertices", path.string(), kExportAgain);
-  if (!std::ranges::all_of(mesh.vertices, [](const auto& vertex) { return vertex.allFinite(); }))
+  if (!std::ranges::all_of(mesh.vertices, [](const auto& point) { return point.allFinite(); }))
     throw Error("a vertex that is not a finite point", path.string(), kExportAgain);
   mesh.triangles = Triangles(file, mesh.vertices.size(), path.string());
   if (mesh.triangles.empty()) throw Error("a PLY without faces", path.string(), kExportAgain);
