@@ -2,8 +2,8 @@
 // fusion_scale FOLDER VIEWS WIDTH HEIGHT [surface|stereo]: writes a workspace of that many views of a ball,
 // from all around and filling the picture's height, if the folder holds none; else fuses it or, with
 // `surface`, does the last step of stereo with it, with `stereo` the steps before for the first 25 views (as
-// many as one round holds), both with --cache 1; prints points, seconds and the peak memory of the process
-// and of COLMAP.
+// many as one round holds), both with --cache 1; prints points, seconds and the peak memory of the
+// process.
 #include <fmt/format.h>
 #include <sys/resource.h>
 
@@ -56,9 +56,9 @@ Workspace BallWorkspace(const std::filesystem::path& folder, int views, int widt
   return workspace;
 }
 
-double PeakGb(int who = RUSAGE_SELF) {
+double PeakGb() {
   rusage usage{};
-  getrusage(who, &usage);
+  getrusage(RUSAGE_SELF, &usage);
   return double(usage.ru_maxrss) * 1024 / 1e9;
 }
 
@@ -109,8 +109,8 @@ int main(int argc, char** argv) {
         options.views += (view ? "," : "") + workspace.views[std::size_t(view)].name;
       EstimateMaps(folder, options, progress);
     }
-    fmt::print("{} of {} views of {:.2f} MP: {:.0f} s, peak {:.2f} GB, COLMAP {:.2f} GB\n", step, views,
-               width * height / 1e6, seconds(), PeakGb(), PeakGb(RUSAGE_CHILDREN));
+    fmt::print("{} of {} views of {:.2f} MP: {:.0f} s, peak {:.2f} GB\n", step, views, width * height / 1e6,
+               seconds(), PeakGb());
     return 0;
   }
   const CloudSummary cloud = FuseCloud(folder, folder / "cloud.ply", {}, progress);

@@ -120,7 +120,7 @@ std::size_t OccupiedCells(std::span<const CloudPoint> cloud, int depth) {
   cells.reserve(cloud.size());
   for (const CloudPoint& p : cloud) {
     const Eigen::Vector3d at = (p.position - corner).cast<double>() / cell;
-    cells.push_back(std::uint64_t(at.x()) << 42 | std::uint64_t(at.y()) << 21 | std::uint64_t(at.z()));
+    cells.push_back(SparseGrid::Key({int(at.x()), int(at.y()), int(at.z())}));
   }
   tbb::parallel_sort(cells.begin(), cells.end());
   return std::size_t(std::unique(cells.begin(), cells.end()) - cells.begin());

@@ -150,7 +150,8 @@ class SurfaceStep {
     for (int turn = 1; turn <= options_.surfaces; ++turn) {
       const std::string before = std::exchange(maps, TurnMaps(turn));
       Draw(before, maps);
-      if (turn > 1 && MeanChange(before, maps) < options_.surface_change_px) break;
+      if (turn > 1 && turn < options_.surfaces && MeanChange(before, maps) < options_.surface_change_px)
+        break;
     }
     if (options_.filter)
       Filter(maps);  // after the drawing: the surface is gone from memory
@@ -176,8 +177,8 @@ class SurfaceStep {
     const std::size_t count = workspace_.views.size();
     std::vector<double> sums(count), pixels(count);
     ParallelFor(0, int(count), [&](int view) {
-      const Image<float> old_depth = ReadMaps(workspace_, view, before).depth,
-                         new_depth = ReadMaps(workspace_, view, after).depth;
+      const Image<float> old_depth = ReadDepthMap(workspace_.DepthPath(view, before)),
+                         new_depth = ReadDepthMap(workspace_.DepthPath(view, after));
       const double focal = workspace_.views[std::size_t(view)].camera.fx;
       for (std::size_t i = 0; i < new_depth.size(); ++i) {
         const double a = old_depth.pixels()[i], b = new_depth.pixels()[i];

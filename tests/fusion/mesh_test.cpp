@@ -5,7 +5,6 @@
 #include <cstring>
 #include <sstream>
 
-#include "core/process.h"
 #include "core/random.h"
 #include "fusion/close_surface.h"
 #include "fusion/mesh_files.h"

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <numbers>
 
@@ -109,8 +110,7 @@ std::vector<CloudPoint> Points(int count, const std::function<Eigen::Vector3d(co
   return cloud;
 }
 
-// The same number of points on both halves of a sphere squeezed to a tenth: on the flat sides twenty times as
-// many as around the rim.
+// A squeezed sphere, its points with it: their density differs by place.
 TEST(Poisson, AnEllipsoidOfUnevenDensityIsClosedAndWithinAFractionOfACell) {
   const Eigen::Vector3d axes(1, 0.8, 0.3);
   Progress progress;

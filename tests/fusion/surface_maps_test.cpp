@@ -7,7 +7,6 @@
 #include <algorithm>
 
 #include "core/error.h"
-#include "core/process.h"
 #include "core/random.h"
 #include "stereo/polarpms/done_list.h"
 #include "stereo/polarpms/view.h"
@@ -212,6 +211,7 @@ TEST_F(SurfaceMaps, PhotographsWithoutMasksKeepTheirSeparateMaps) {
   options_.refinements = options_.rounds = 0, options_.levels = 1;
   EstimateMaps(folder_.path(), options_, listener_);
   EXPECT_TRUE(std::filesystem::exists(workspace_.DepthPath(17, kFinalMaps)));
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "stereo/surface"));
   const StereoPlan plan = PlanMaps(folder_.path(), options_);
   EXPECT_EQ(plan.steps.back().kind, kFinalMaps);
   EXPECT_EQ(plan.steps.back().done, 18);
