@@ -265,7 +265,7 @@ TEST(Meshing, APoissonDepthHoldsTwoPointsACell) {
   EXPECT_LT(20000 / cells, 9);
 }
 
-TEST(Meshing, ASphereCloudGivesAClosedMeshWithinATwelfthOfACell) {
+TEST(Meshing, ASphereCloudGivesAClosedMeshWithinAThirteenthOfACell) {
   MeshScan scan(SphereCloud(5000));
   const MeshSummary summary = scan.Make();
   const TriangleMesh mesh = ReadMesh(scan.Mesh());
@@ -273,10 +273,10 @@ TEST(Meshing, ASphereCloudGivesAClosedMeshWithinATwelfthOfACell) {
   EXPECT_TRUE(IsClosed(mesh));
   EXPECT_EQ(mesh.triangles.size(), summary.faces);
   EXPECT_EQ(2 * mesh.vertices.size(), 4 + mesh.triangles.size()) << "Euler's formula for a sphere";
-  EXPECT_LT(FarthestFromSphere(mesh), summary.cell / 12);
+  EXPECT_LT(FarthestFromSphere(mesh), summary.cell / 13);
   for (const CloudPoint& v : ReadSurfaceMesh(scan.Mesh()).vertices) {
     const Eigen::Vector3d n = v.position.cast<double>().normalized();
-    EXPECT_GT(v.normal.cast<double>().dot(n), std::cos(1.5 * summary.cell));
+    EXPECT_GT(v.normal.cast<double>().dot(n), std::cos(summary.cell));
     EXPECT_NEAR(v.colour.r, SphereColour(n).r, 12);
     EXPECT_NEAR(v.confidence, 0.75, 1e-5);
   }
