@@ -12,6 +12,7 @@
 #include "acquisition/input.h"
 #include "apps/capture_screen.h"
 #include "apps/command.h"
+#include "apps/interrupt.h"
 
 namespace polarscan {
 namespace {
@@ -113,6 +114,7 @@ void Run(const Arguments& a, const nlohmann::json& sensor, Context& context) {
     const CaptureHooks::Key key = keyboard ? keyboard->Pressed() : CaptureHooks::Key::kNone;
     return key == CaptureHooks::Key::kNone && preview ? preview->Pressed() : key;
   };
+  EndInItsOwnTime();
   const CaptureStatus status = Capture(*camera, a.session, sensor, a.options, hooks, context.progress);
   context.data_lost = status.counts.lost + status.counts.dropped > 0;
   nlohmann::json result = ToJson(status.counts);

@@ -1,17 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <tbb/global_control.h>
 
-#include <atomic>
-#include <csignal>
 #include <cstdlib>
 #include <limits>
 #include <new>
 #include <optional>
-#include <string_view>
-
-#include <unistd.h>
 
 #include "apps/command.h"
+#include "apps/interrupt.h"
 #include "apps/memory_limit.h"
 #include "core/error.h"
 
@@ -19,25 +15,6 @@ namespace polarscan {
 namespace {
 
 enum ExitCode { kDone = 0, kFailed = 1, kWrongUsage = 2, kDataLost = 3 };
-
-// The one thing that a signal handler may reach.
-std::atomic<Progress*> interruptible = nullptr;
-
-extern "C" void OnInterrupt(int) {
-  if (Progress* progress = interruptible.load()) progress->Cancel();
-  constexpr std::string_view text = "\nstopping (Ctrl-C again: at once, without tidying up)\n";
-  [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text.data(), text.size());
-}
-
-// The first Ctrl-C (or SIGTERM) asks the running stage to stop, the second one kills.
-void StopOnInterrupt(Progress& progress) {
-  interruptible = &progress;
-  struct sigaction action = {};
-  action.sa_handler = OnInterrupt;
-  action.sa_flags = int(SA_RESETHAND);
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-}
 
 struct GlobalOptions {
   int threads = 0;

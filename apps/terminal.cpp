@@ -17,6 +17,8 @@ namespace {
 
 constexpr auto kRedraw = std::chrono::milliseconds(100);
 constexpr auto kPlainLine = std::chrono::seconds(20);
+constexpr auto kTick = std::chrono::seconds(1);
+constexpr double kSilence = 3;  // s of a step after which its line says how long it has taken
 
 bool IsTerminal() {
   const char* term = std::getenv("TERM");
@@ -47,9 +49,14 @@ Terminal::Terminal() : in_place_(IsTerminal()) {
   sink->set_color(spdlog::level::info, sink->reset);
   log_ = std::make_shared<spdlog::logger>("polarscan", sink);
   log_->set_pattern("%^%v%$");
+  clock_ = std::jthread([this](std::stop_token stop) { ShowNowAndThen(std::move(stop)); });
 }
 
-Terminal::~Terminal() { ClearLine(); }
+Terminal::~Terminal() {
+  clock_.request_stop();
+  clock_.join();
+  ClearLine();
+}
 
 void Terminal::SetLevel(Level level) {
   log_->set_level(level == Level::kQuiet     ? spdlog::level::warn
@@ -80,6 +87,12 @@ void Terminal::End() {
   step_.clear();
 }
 
+void Terminal::ShowNowAndThen(std::stop_token stop) {
+  std::unique_lock lock(mutex_);
+  while (!stop_.wait_for(lock, stop, kTick, [] { return false; }) && !stop.stop_requested())
+    ShowProgress(false);
+}
+
 // Redraws the line on a terminal (at most every 100 ms); elsewhere prints a line every 20 s.
 void Terminal::ShowProgress(bool step_begins) {
   if (step_.empty()) return;
@@ -98,10 +111,11 @@ void Terminal::ShowProgress(bool step_begins) {
 }
 
 std::string Terminal::ProgressLine() const {
-  if (total_ == 0) return fmt::format("  {} ...", step_);
-  std::string line = fmt::format("  {}: {} of {} {}", step_, done_, total_, Plural(unit_));
   const double seconds = Seconds(Clock::now() - began_);
-  if (done_ == 0 || seconds < 0.5) return line;
+  const std::string so_far = seconds < kSilence ? "" : fmt::format(", {} so far", FormatDuration(seconds));
+  if (total_ == 0) return fmt::format("  {} ...{}", step_, so_far);
+  std::string line = fmt::format("  {}: {} of {} {}", step_, done_, total_, Plural(unit_));
+  if (done_ == 0 || seconds < 0.5) return line + so_far;
   const double rate = double(done_) / seconds;
   line += rate >= 1 ? fmt::format(", {:.1f} {}/s", rate, Plural(unit_))
                     : fmt::format(", {:.1f} s a {}", 1 / rate, unit_);

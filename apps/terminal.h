@@ -3,9 +3,12 @@
 #include <spdlog/logger.h>
 
 #include <chrono>
+#include <condition_variable>
 #include <memory>
 #include <mutex>
+#include <stop_token>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "core/progress.h"
@@ -13,8 +16,9 @@
 namespace polarscan {
 
 // Messages and progress on stderr. On a terminal the current step is one line that is redrawn in place, with
-// its rate and remaining time; elsewhere (a file, a pipe, TERM=dumb) a plain line now and then. Colours only
-// on a terminal and without NO_COLOR. Warnings are kept until they are taken (they end up in scan.json).
+// its rate and remaining time; elsewhere (a file, a pipe, TERM=dumb) a plain line now and then. Both go on
+// while a step says nothing of itself, so that nobody takes a long one for a hang. Colours only on a terminal
+// and without NO_COLOR. Warnings are kept until they are taken (they end up in scan.json).
 class Terminal : public Progress {
  public:
   enum class Level { kQuiet, kNormal, kVerbose };  // quiet: warnings and errors only
@@ -39,6 +43,7 @@ class Terminal : public Progress {
   using Clock = std::chrono::steady_clock;
   void Show(spdlog::level::level_enum level, const std::string& message);
   void ShowProgress(bool step_begins);
+  void ShowNowAndThen(std::stop_token stop);
   std::string ProgressLine() const;
   void ClearLine();
 
@@ -50,6 +55,8 @@ class Terminal : public Progress {
   std::size_t done_ = 0, total_ = 0;
   Clock::time_point began_, shown_;
   std::vector<std::string> warnings_;
+  std::condition_variable_any stop_;
+  std::jthread clock_;  // last: it uses the others
 };
 
 // "4 s", "3 min 20 s", "2 h 05 min".

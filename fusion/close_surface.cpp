@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fusion/close_surface.h"
 
-#include <Eigen/Sparse>
 #include <algorithm>
 #include <utility>
 
-#include "core/error.h"
+#include "fusion/membranes.h"
 #include "fusion/mesh_topology.h"
 
 namespace polarscan {
@@ -67,37 +66,6 @@ void DropPieces(TriangleMesh& mesh, std::vector<bool>& far, double smallest, Clo
   Keep(mesh, far, keep);
 }
 
-// Moves the far vertices to where each is the mean of its neighbours.
-void StretchMembranes(TriangleMesh& mesh, const std::vector<bool>& far) {
-  std::vector<int> unknown(mesh.vertices.size(), -1);
-  std::vector<std::uint32_t> members;
-  for (std::uint32_t v = 0; v < far.size(); ++v)
-    if (far[v]) unknown[v] = int(members.size()), members.push_back(v);
-  if (members.empty()) return;
-  const VertexNeighbours neighbours(mesh.vertices.size(), mesh.triangles);
-  std::vector<Eigen::Triplet<double>> entries;
-  Eigen::MatrixX3d known = Eigen::MatrixX3d::Zero(Eigen::Index(members.size()), 3);
-  for (int i = 0; i < int(members.size()); ++i) {
-    const auto around = neighbours.Of(members[std::size_t(i)]);
-    entries.emplace_back(i, i, double(around.size()));
-    for (std::uint32_t other : around) {
-      if (unknown[other] >= 0)
-        entries.emplace_back(i, unknown[other], -1);
-      else
-        known.row(i) += mesh.vertices[other].transpose();
-    }
-  }
-  Eigen::SparseMatrix<double> matrix(known.rows(), known.rows());
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(matrix);
-  const Eigen::MatrixX3d places = solver.solve(known);
-  if (solver.info() != Eigen::Success || !places.allFinite())
-    throw Error("the gaps of the surface cannot be closed", std::to_string(members.size()) + " vertices",
-                "Try --mesh-close 0, which cuts them");
-  for (std::size_t i = 0; i < members.size(); ++i)
-    mesh.vertices[members[i]] = places.row(Eigen::Index(i)).transpose();
-}
-
 void CutLargeGaps(TriangleMesh& mesh, std::vector<bool>& far, double largest_gap, ClosingCounts& counts) {
   std::vector<Triangle> gaps;
   double near_area = 0, all_closed = 0;
@@ -128,11 +96,12 @@ void CutLargeGaps(TriangleMesh& mesh, std::vector<bool>& far, double largest_gap
 }  // namespace
 
 TriangleMesh CloseSurface(const TriangleMesh& input, std::vector<bool>& far, const ClosingOptions& options,
-                          ClosingCounts& counts) {
+                          ClosingCounts& counts, Progress& progress) {
   TriangleMesh mesh = input;
   FillHoles(mesh, far);
   DropPieces(mesh, far, options.smallest_piece, counts);
-  StretchMembranes(mesh, far);
+  StretchMembranes(mesh, far, progress);
+  progress.Check();
   CutLargeGaps(mesh, far, options.largest_gap, counts);
   DropPieces(mesh, far, options.smallest_piece, counts);
   ComputeVertexNormals(mesh);

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "core/mesh.h"
+#include "core/progress.h"
 
 namespace polarscan {
 
@@ -25,6 +26,6 @@ struct ClosingCounts {
 // or wholly far go. On return `far` marks the vertices of the new mesh that lie inside of a membrane. Normals
 // are computed anew.
 TriangleMesh CloseSurface(const TriangleMesh& mesh, std::vector<bool>& far, const ClosingOptions& options,
-                          ClosingCounts& counts);
+                          ClosingCounts& counts, Progress& progress);
 
 }  // namespace polarscan

@@ -63,7 +63,7 @@ TriangleMesh SurfaceOf(const std::vector<CloudPoint>& cloud, const Workspace& wo
     for (std::size_t i = 0; i < far.size(); ++i) far[i] = far[i] || outside[i];
   }
   ClosingCounts counts;
-  mesh = CloseSurface(mesh, far, {options.close, options.min_piece}, counts);
+  mesh = CloseSurface(mesh, far, {options.close, options.min_piece}, counts, progress);
   if (mesh.triangles.empty())
     throw NothingFound("no surface is left after trimming", workspace.folder.string(),
                        "Raise --mesh-trim, or lower --mesh-min-piece");

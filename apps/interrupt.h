@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "core/progress.h"
+
+namespace polarscan {
+
+// From now on the first Ctrl-C (or SIGTERM) asks `progress` to stop, and the second one kills. What has not
+// stopped by itself four fifths of a second after the first one (a library's call that nobody can interrupt)
+// is ended with exit code 1: everything on disk survives a kill at any moment (docs/trust.md).
+void StopOnInterrupt(Progress& progress);
+
+// Not so for what must end in its own time: a camera's frames that were taken and are not stored yet.
+void EndInItsOwnTime();
+
+}  // namespace polarscan
