@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the documentation tells people to type: every command and option exists, and the tutorials run as they stand, with
 smaller pictures. A block that cannot run says so in a comment above it: <!-- not run: why -->, <!-- may fail: why -->."""
-import os, re, shlex, shutil, signal, subprocess, tempfile, unittest
+import collections, os, re, shlex, shutil, signal, subprocess, tempfile, unittest
 from pathlib import Path
 
 ROOT, PROGRAM = Path(__file__).parents[2], os.environ["POLARSCAN_PROGRAM"]
@@ -17,41 +17,75 @@ def subcommands(text):
     return re.findall(r"^  ([a-z]+) ", text.split("Subcommands:")[1], re.M) if "Subcommands:" in text else []
 
 
+def commands(page):
+    """(line number, command) of what a page shows to type: its indented and fenced blocks, and `code` in a sentence."""
+    fenced = False
+    for number, line in enumerate(page.read_text().splitlines(), 1):
+        fenced ^= line.startswith("```")
+        for text in [line] if fenced or line.startswith("    ") else re.findall(r"`([^`]+)`", line):
+            for command in re.split(r"&&|[|;&()]", re.split(r"\s{3,}|\s# ", text.strip())[0]):
+                yield number, re.sub(r"^sudo ", "", command.strip())
+
+
 class Commands(unittest.TestCase):
     def setUp(self):
         self.known = {}
 
     def words(self, path):
-        """(commands below, options) of a command, from its --help."""
+        """(commands below, options, values of those that take one of a few) of a command, from its --help."""
         if path not in self.known:
             text = help_of(path)
-            self.known[path] = (subcommands(text), set(re.findall(r"(?<![\w-])--?[a-z][\w-]*", text)))
+            values = {name: values.split(",") for name, values in re.findall(r"(--[a-z][\w-]*) [A-Za-z]*:?\{([\w,-]+)\}", text)}
+            self.known[path] = (subcommands(text), set(re.findall(r"(?<![\w-])--?[a-z][\w-]*", text)), values)
         return self.known[path]
 
     def check(self, line, where):
-        path = ()
-        line = re.split(r"\s{3,}|\s#|[|&;()]", line)[0]
+        """A line without a shell's punctuation. Words in capitals stand for the reader's own."""
+        path, option = (), None
         for word in shlex.split(line)[1:]:
-            below, options = self.words(path)
+            below, options, values = self.words(path)
+            before, option = option, None
             if word.startswith("-"):
-                if not re.fullmatch(r"--?[A-Za-z][\w-]*(=.*)?", word):
-                    continue
                 option = word.split("=")[0]
-                self.assertIn(option, options | self.words(())[1], f"{where}: {line}")
+                if re.fullmatch(r"--?[A-Za-z][\w-]*", option):
+                    self.assertIn(option, options | self.words(())[1], f"{where}: {line}")
+                elif before is None:
+                    self.assertRegex(option, "^-[0-9]", f"{where}: {line}")
+            elif before in values:
+                self.assertTrue(word in values[before] or re.search("[A-Z.]", word), f"{where}: {line}: {before} does not take {word}")
             elif word in below:
                 path += (word,)
-            elif not path:
-                self.assertIn(word, list(below) + ["COMMAND", "INPUT"], f"{where}: {line}: no such command")
+            elif not path and before not in ("--threads", "--seed", "--config"):
+                self.assertRegex(word, "^[A-Z.]+$", f"{where}: {line}: no such command")
+
+    def check_script(self, words, where):
+        script = ROOT / words[0]
+        self.assertTrue(os.access(script, os.X_OK), f"{where}: there is no {words[0]}")
+        for word in words[1:]:
+            if re.match("--[a-z]", word):
+                self.assertIn(word, script.read_text(), f"{where}: {words[0]} has no {word}")
+        if script.name == "build" and words[1:] and re.match("[a-z]", words[1]):
+            self.assertIn(f'"name": "{words[1]}"', (ROOT / "CMakePresets.json").read_text(), where)
 
     def test_every_command_and_option_in_the_docs_exists(self):
-        count = 0
+        count = collections.Counter()
+        targets = "".join(path.read_text() for path in ROOT.glob("*/CMakeLists.txt"))
         for page in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]:
-            for number, line in enumerate(page.read_text().splitlines(), 1):
-                command = re.match(r" {4,}(?:\S*/)?(polarscan (?:--json )?[a-z].*)", line)
-                if command and "..." not in command[1] and " | " not in command[1]:
-                    self.check(command[1], f"{page.name}:{number}")
-                    count += 1
-        self.assertGreater(count, 45)
+            for number, command in commands(page):
+                where, words = f"{page.name}:{number}", command.split()
+                if re.match(r"(\S*/)?polarscan [-A-Za-z]", command):
+                    self.check(command, where)
+                elif re.match(r"scripts/\w", command):
+                    self.check_script(words, where)
+                elif re.match(r"cmake --build |build/\w+/bin/", command):
+                    for target in re.findall(r"--target (.*)|/bin/([\w-]+)", command)[0]:
+                        for name in target.split():
+                            self.assertTrue(re.search(rf"\b{name.removesuffix('_test')}\b", targets), f"{where}: no target {name}")
+                else:
+                    continue
+                count[words[0].split("/")[0]] += 1
+        for kind, least in {"polarscan": 150, "scripts": 20, "cmake": 3, "build": 2}.items():
+            self.assertGreater(count[kind], least, count)
 
     def test_options_named_in_a_sentence_exist(self):
         everything = "".join(help_of(path) for path in self.all_commands(()))
