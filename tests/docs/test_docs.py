@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the documentation tells people to type: every command and option exists, and the tutorials run as they stand, with
-smaller pictures. A block that cannot run says so in a comment above it: <!-- not run: why -->, <!-- may fail: why -->."""
-import collections, os, re, shlex, shutil, signal, subprocess, tempfile, unittest
+smaller pictures. A comment above a block says what is special: <!-- not run: why -->, <!-- may fail: why -->, or the
+keys to press, one after the other: <!-- keys: space q -->."""
+import collections, os, pty, re, shlex, shutil, signal, subprocess, tempfile, unittest
 from pathlib import Path
 
 ROOT, PROGRAM = Path(__file__).parents[2], os.environ["POLARSCAN_PROGRAM"]
-BLOCK = re.compile(r"(?:<!-- (not run|may fail): [^\n]*-->\n)?```(sh|python)\n(.*?)```", re.S)
-SMALLER = [(r"--width \d+ --height \d+", "--width 160 --height 128 --samples 1"), (r'preset="fast"', 'preset="fast", rounds=1')]
+BLOCK = re.compile(r"(?:<!-- (not run|may fail|keys: [a-z ]*?)(?::[^\n]*)? -->\n)?```(sh|python)\n(.*?)```", re.S)
+SMALLER = [(r"--width \d+ --height \d+", "--width 160 --height 128 --samples 1"), (r'preset="fast"', 'preset="fast", rounds=1'),
+           (r"--frames 18", "--frames 4")]
 
 
 def help_of(path):
@@ -115,12 +117,31 @@ class Tutorial(unittest.TestCase):
             if remark != "not run":
                 yield remark, language, text
 
+    def run_block(self, text, keys):
+        command = {"args": ["sh", "-e", "-c", text], "cwd": self.folder, "env": self.environment}
+        if not keys:
+            return subprocess.run(capture_output=True, text=True, **command)
+        terminal, end = pty.openpty()
+        child = subprocess.Popen(stdin=end, stdout=end, stderr=end, **command)
+        os.close(end)
+        said, shown = b"", 0
+        try:
+            while chunk := os.read(terminal, 65536):
+                said += chunk
+                if keys and said.count(b"frames/s", shown) > 2:  # the line of numbers lives
+                    os.write(terminal, {"space": b" "}.get(keys[0], keys[0].encode()))
+                    keys, shown = keys[1:], len(said)
+        except OSError:  # the terminal's other end is closed
+            pass
+        os.close(terminal)
+        return subprocess.CompletedProcess(text, child.wait(60), said.decode(errors="replace"), "")
+
     def run_page(self, page, language):
         ran = 0
         for remark, kind, text in self.blocks(page):
             if kind != language:
                 continue
-            done = subprocess.run(["sh", "-e", "-c", text], cwd=self.folder, env=self.environment, capture_output=True, text=True)
+            done = self.run_block(text, remark.removeprefix("keys: ").split() if remark.startswith("keys") else [])
             if remark != "may fail":
                 self.assertEqual(done.returncode, 0, f"{page}: {text}\n{done.stdout}\n{done.stderr}")
             ran += 1
