@@ -165,12 +165,14 @@ class TutorialPictures(Tutorial):
 
 class TutorialCamera(Tutorial):
     def test_the_tutorial_runs_on_a_simulated_gige_camera(self):
-        camera = subprocess.Popen([PROGRAM, "--quiet", "simulate", "--gige", "127.0.0.1", "--fps", "4", "--width", "160",
+        camera = subprocess.Popen([PROGRAM, "simulate", "--gige", "127.0.0.1", "--fps", "4", "--width", "160",
                                    "--height", "128", "--samples", "1", "--prepared", "1", "--rings", "30:2"], cwd=self.folder,
-                                  stderr=subprocess.DEVNULL)
+                                  stderr=subprocess.PIPE, text=True)
         try:
+            self.assertTrue(any("GigE Vision camera at" in line for line in camera.stderr))  # scripts/demo waits for these words, too
             self.assertGreater(self.run_page("tutorial-camera.md", "sh"), 4)
             self.assertTrue((self.folder / "cup/session.json").exists())
         finally:
             camera.send_signal(signal.SIGINT)
             camera.wait(20)
+            camera.stderr.close()
