@@ -14,6 +14,15 @@ function(polarscan_library name)
   install(DIRECTORY . DESTINATION include/polarscan/${name} COMPONENT development FILES_MATCHING PATTERN "*.h")
 endfunction()
 
+# polarscan_left_out(OPTION WHY): a part whose packages are not installed; with its OPTION ON that is an error.
+function(polarscan_left_out option why)
+  if(${option} STREQUAL AUTO)
+    message(NOTICE "polarscan: left out: ${why}")
+  else()
+    message(FATAL_ERROR "${why}")
+  endif()
+endfunction()
+
 function(polarscan_warnings target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wnon-virtual-dtor
                          $<$<BOOL:${POLARSCAN_WERROR}>:-Werror>)
