@@ -61,6 +61,14 @@ constexpr const char* kAngleForms =
     "TIFF "
     "with a page or channel an angle; --angles 0,60,120 says which";
 
+// Whether the file is a TIFF of so many pages, or of so many channels that are no colours.
+bool IsStackOf(std::size_t count, const fs::path& path) {
+  if (!IsTiff(path)) return false;
+  const std::vector<TiffPage> pages = TiffPages(path);
+  return pages.size() == count ||
+         (pages.size() == 1 && std::size_t(pages[0].samples) == count && !pages[0].rgb);
+}
+
 // One file a view, with as many pages or channels as there are angles.
 std::vector<InputView> ListAngleStacks(const PictureFiles& files, const std::vector<double>& angles,
                                        bool given, Input& input) {
@@ -111,13 +119,15 @@ std::vector<InputView> ListAngles(const std::string& given, Input& input) {
   }
   const PictureFiles files = ListPictures(input.folder);
   const std::vector<PictureFiles> split = SplitByAngle(files, input.angles);
-  if (std::ranges::all_of(split, [](const PictureFiles& of) { return of.empty(); }))
+  const bool are_named = std::ranges::any_of(split, [](const PictureFiles& of) { return !of.empty(); });
+  if (!are_named || IsStackOf(input.angles.size(), files.begin()->second))
     return ListAngleStacks(files, in_given_order, !given.empty(), input);
   std::vector<Named> lists;
   for (std::size_t i = 0; i < split.size(); ++i)
     lists.push_back({fmt::format("*_{:g}", input.angles[i]), split[i]});
-  input.notes.push_back(fmt::format("the numbers at the end of the names are taken as polarizer angles: {}",
-                                    AnglesText(input.angles)));
+  if (given.empty())
+    input.notes.push_back(fmt::format("the numbers at the end of the names are taken as polarizer angles: {}",
+                                      AnglesText(input.angles)));
   return Join(lists, input.folder);
 }
 

@@ -53,8 +53,8 @@ InputKind RecognizeFlat(const fs::path& folder, const InputOptions& options) {
   if (!options.angles.empty() || AreNamedByFourAngles(files)) return InputKind::kAngles;
   const auto& [name, path] = *files.begin();
   if (IsStokesFile(path)) return InputKind::kStokes;
-  const Picture first = ReadPicture(path);
   RefuseStackOfFour(path);
+  const Picture first = ReadPicture(path);
   if (!IsGrey(first)) return InputKind::kPhotos;
   if (!options.layout.empty()) return InputKind::kMosaic;
   throw Error("these grey pictures may be raw mosaics or plain photos", folder.string(),

@@ -49,7 +49,8 @@ std::vector<Picture> ReadStokesChannels(const std::filesystem::path& path) {
     return true;
   };
   std::vector<std::string> colours;
-  for (const std::vector<std::string>& known : {std::vector<std::string>{"r", "g", "b"}, {"y"}, {""}})
+  static const std::vector<std::vector<std::string>> kKnown = {{"r", "g", "b"}, {"y"}, {""}};
+  for (const std::vector<std::string>& known : kKnown)
     if (colours.empty() && all_have(known)) colours = known;
   if (colours.empty() && found[0].size() == 1 && all_have({found[0].begin()->first}))
     colours = {found[0].begin()->first};

@@ -45,7 +45,8 @@ bool IsFolderBeside(const fs::path& folder) {
 }
 
 void Walk(const fs::path& folder, int depth, std::vector<fs::path>& files) {
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+  for (const fs::directory_entry& entry :
+       fs::directory_iterator(folder, fs::directory_options::skip_permission_denied)) {
     if (entry.is_directory()) {
       if (depth < kDeepest && !IsFolderBeside(entry.path())) Walk(entry.path(), depth + 1, files);
     } else if (!BelongsBeside(entry.path())) {
@@ -70,13 +71,13 @@ std::string AdviceFor(const std::string& extension) {
   return "pictures are PNG, JPEG, TIFF, EXR, BMP, PGM, PPM, HDR or NPY";
 }
 
-struct Kind {
+struct UntakenKind {
   std::string where, extension;  // pictures: the folder that they lie in; others: the extension
-  auto operator<=>(const Kind&) const = default;
+  auto operator<=>(const UntakenKind&) const = default;
 };
 
 // alone: there is nothing else.
-std::string Sentence(const Kind& kind, const std::vector<std::string>& names, bool alone) {
+std::string Sentence(const UntakenKind& kind, const std::vector<std::string>& names, bool alone) {
   const char* are = names.size() == 1 ? "is" : "are";
   if (!kind.extension.empty())
     return fmt::format("{} {} file{} not read ({}): {}", names.size(), kind.extension,
@@ -154,14 +155,15 @@ std::vector<std::string> Untaken(const fs::path& folder, const std::vector<Input
   }
   std::vector<fs::path> files;
   Walk(folder, 0, files);
-  std::map<Kind, std::vector<std::string>> kinds;
+  std::map<UntakenKind, std::vector<std::string>> kinds;
   for (const fs::path& file : files) {
     if (used.contains(file)) continue;
     const fs::path below = file.lexically_relative(folder);
     if (IsPictureName(file) && IsUnusedComponent(file.stem().string())) continue;
     const std::string parent = below.parent_path().string();
-    const Kind kind = IsPictureName(file) ? Kind{parent.empty() ? "the folder itself" : parent + "/", ""}
-                                          : Kind{"", file.extension().string()};
+    const UntakenKind kind = IsPictureName(file)
+                                 ? UntakenKind{parent.empty() ? "the folder itself" : parent + "/", ""}
+                                 : UntakenKind{"", file.extension().string()};
     kinds[kind].push_back(kind.extension.empty() ? below.filename().string() : below.string());
   }
   std::vector<std::string> sentences;

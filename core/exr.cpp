@@ -13,7 +13,7 @@
 namespace polarscan {
 namespace {
 
-constexpr int kLargestSide = 1 << 16;
+constexpr int kLargestExrSide = 1 << 16;
 constexpr std::uint64_t kMostExrInflated = 8800;  // values out of one byte: as for other pictures
 
 // What `read` makes of the opened file; what the library throws as an Error.
@@ -49,7 +49,7 @@ std::vector<Image<float>> ReadExrChannels(const std::filesystem::path& path,
     const Imath::Box2i box = header.dataWindow();
     const std::int64_t width = std::int64_t(box.max.x) - box.min.x + 1,
                        height = std::int64_t(box.max.y) - box.min.y + 1;
-    if (width < 1 || height < 1 || width > kLargestSide || height > kLargestSide ||
+    if (width < 1 || height < 1 || width > kLargestExrSide || height > kLargestExrSide ||
         std::uint64_t(width * height) > kMostExrInflated * std::filesystem::file_size(path))
       throw Error("the picture file promises more pixels than it can hold", path.string());
     std::vector<Image<float>> planes(names.size(), Image<float>(int(width), int(height)));

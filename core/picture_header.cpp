@@ -2,6 +2,7 @@
 #include "core/picture_header.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cstdlib>
 #include <cstring>
