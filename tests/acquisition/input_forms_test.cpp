@@ -183,6 +183,10 @@ TEST_F(InputFormsTest, ATiffWithAChannelOrPageAnAngleIsNeverTakenForAMosaic) {
   EXPECT_EQ(ValueOf(channels, 0, 2), 90);
   EXPECT_HOLDS(Joined(channels.notes), "0 45 90 135");
 
+  for (int i = 0; i < 4; ++i) fs::copy_file(folder_ / "a.tif", folder_ / fmt::format("{}.tif", i));
+  EXPECT_EQ(Open({.kind = "angles", .bits = 12}).views.size(), 5u);  // the name 0 is no angle here
+  for (int i = 0; i < 4; ++i) fs::remove(folder_ / fmt::format("{}.tif", i));
+
   File("a.tif", Tiff({{8, 6, {10}}, {8, 6, {45}}, {8, 6, {90}}, {8, 6, {135}}}));
   EXPECT_HOLDS(Complaint(mosaics), "--input-kind angles");
   EXPECT_EQ(ValueOf(Open({.kind = "angles", .bits = 12}), 0, 1), 45);
@@ -322,6 +326,28 @@ TEST_F(InputFormsTest, PicturesOfOneSetThatAreUnlikeAreNamed) {
   Colour("photos/b.png");
   Grey8("photos/c.png");
   EXPECT_HOLDS(Joined(Open().warnings), "2 of them have colours, 1 has grey values (photos/c.png)");
+}
+
+TEST_F(InputFormsTest, SeveralFoldersAreOneSetAndEachMeansWhatItSays) {
+  Grey8("monday/mosaic/a.png", 10);
+  Grey8("tuesday/mosaic/a.png", 20);
+  Grey8("tuesday/mosaic/b.png", 30);
+  File("monday/set.json", R"({"sensor": {"layout": "90 45 / 135 0", "black_dn": 5}})");
+  File("tuesday/set.json", R"({"sensor": {"layout": "0 45 / 135 90"}})");
+  fs::create_directories(folder_ / "monday/sparse");
+  const Input input = OpenInputs({folder_ / "monday", folder_ / "tuesday"}, {});
+  EXPECT_EQ(ViewNames(input), (Names{"monday-a", "tuesday-a", "tuesday-b"}));
+  EXPECT_EQ(ValueOf(input, 1), 20);
+  EXPECT_EQ(ReadView(input, 2).name, "tuesday-b");
+  EXPECT_EQ(input.Source(0).first->sensor.black_dn, 5);
+  EXPECT_EQ(input.Source(2).first->sensor.layout, ParseLayout("0 45 / 135 90"));
+  EXPECT_EQ(input.Source(2).second, 1);
+  EXPECT_FALSE(input.known_model);
+  EXPECT_HOLDS(Joined(input.warnings), "known poses");
+  EXPECT_NE(Meaning(input), Meaning(OpenInputs({folder_ / "tuesday", folder_ / "monday"}, {})));
+
+  Colour("photos/c.png");
+  EXPECT_THROW(OpenInputs({folder_ / "monday", folder_ / "photos"}, {}), Error);
 }
 
 }  // namespace
