@@ -10,6 +10,7 @@
 
 #include "acquisition/input_files.h"
 #include "core/error.h"
+#include "core/exr.h"
 #include "core/picture_header.h"
 
 namespace polarscan {
@@ -145,6 +146,24 @@ void AddDifferences(const Input& input, std::size_t k, std::vector<std::string>&
   if (channels.size() > 1 && !mosaics) odd.push_back("the pictures differ in colour: " + Unlike(channels));
 }
 
+// Channels of EXR files beside grey or colours and opacity, where the files are not Stokes pictures.
+void AddUnusedChannels(const Input& input, std::vector<std::string>& odd) {
+  static const std::set<std::string> kUsed = {"R", "G", "B", "A", "Y", "RY", "BY"};
+  std::set<std::string> unused;
+  for (const InputView& view : input.views)
+    for (const fs::path& file : view.files) {
+      if (LowerCase(file.extension().string()) != ".exr") continue;
+      const std::vector<std::string> channels = ExrChannels(file);
+      if (channels.size() > 1) unused.insert(channels.begin(), channels.end());
+    }
+  std::erase_if(unused, [](const std::string& name) { return kUsed.contains(name); });
+  if (!unused.empty())
+    odd.push_back(
+        fmt::format("the EXR files have channels that are not used: {}. If they are Stokes pictures, give "
+                    "--input-kind stokes",
+                    Enumerated({unused.begin(), unused.end()})));
+}
+
 }  // namespace
 
 std::vector<std::string> Untaken(const fs::path& folder, const std::vector<InputView>& taken) {
@@ -179,6 +198,7 @@ std::string WhatLiesThere(const fs::path& folder) {
 std::vector<std::string> Differences(const Input& input) {
   std::vector<std::string> odd;
   for (std::size_t k = 0; k < input.views[0].files.size(); ++k) AddDifferences(input, k, odd);
+  if (input.kind != InputKind::kStokes) AddUnusedChannels(input, odd);
   return odd;
 }
 

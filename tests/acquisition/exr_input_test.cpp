@@ -107,6 +107,10 @@ TEST_F(ExrInput, StokesInTheChannelsOfOneFileAsRenderersWriteThem) {
   EXPECT_EQ(view.pictures[1].planes[2](0, 0), -0.1f);
   EXPECT_EQ(view.pictures[2].planes[1](3, 3), 0.5f);
 
+  const Input photos = OpenInput(folder_, {.kind = "photos"});
+  ASSERT_EQ(photos.warnings.size(), 1u);
+  EXPECT_NE(photos.warnings[0].find("S0.B, S0.G, S0.R and 9 more"), std::string::npos) << photos.warnings[0];
+
   Write("000000.exr", {{"S0", 2}, {"S1", 0.5f}, {"S2", -0.5f}, {"S3", 0}});
   EXPECT_EQ(ReadView(OpenInput(folder_, {}), 0).pictures[2].planes[0](1, 1), -0.5f);
 }
