@@ -187,6 +187,12 @@ TEST_F(InputFormsTest, ATiffWithAChannelOrPageAnAngleIsNeverTakenForAMosaic) {
   EXPECT_EQ(Open({.kind = "angles", .bits = 12}).views.size(), 5u);  // the name 0 is no angle here
   for (int i = 0; i < 4; ++i) fs::remove(folder_ / fmt::format("{}.tif", i));
 
+  fs::create_directories(folder_ / "mosaic");  // where the error that names --input-kind angles was met
+  fs::rename(folder_ / "a.tif", folder_ / "mosaic/a.tif");
+  EXPECT_HOLDS(Complaint(mosaics), "--input-kind angles");
+  EXPECT_EQ(ValueOf(Open({.kind = "angles", .bits = 12}), 0, 3), 135);
+  fs::remove_all(folder_ / "mosaic");
+
   File("a.tif", Tiff({{8, 6, {10}}, {8, 6, {45}}, {8, 6, {90}}, {8, 6, {135}}}));
   EXPECT_HOLDS(Complaint(mosaics), "--input-kind angles");
   EXPECT_EQ(ValueOf(Open({.kind = "angles", .bits = 12}), 0, 1), 45);
