@@ -115,6 +115,9 @@ std::vector<InputView> ListAngles(const std::string& given, Input& input) {
                     "0,60,120");
       in_order.push_back(folders.at(angle));
     }
+    if (given.empty() && input.angles != Input().angles)
+      input.notes.push_back(
+          fmt::format("the folders' names are taken as polarizer angles: {}", AnglesText(input.angles)));
     return JoinFolders(in_order, input.folder);
   }
   PictureFiles files = ListPictures(input.folder);
