@@ -187,8 +187,9 @@ TEST(Angles, AnyThreeOrMoreGiveStokesAndTheirNoise) {
   Sensor sensor;
   sensor.bits = 16, sensor.white_dn = 65535, sensor.dn_per_e = 5;
   const double s0 = 0.8, s1 = 0.3, s2 = -0.1;
-  for (const std::vector<double>& angles :
-       {std::vector<double>{0, 60, 120}, {0, 20, 50, 130}, {10, 40, 100}, {0, 36, 72, 108, 144, 180}}) {
+  const std::vector<std::vector<double>> sets = {
+      {0, 60, 120}, {0, 20, 50, 130}, {10, 40, 100}, {0, 36, 72, 108, 144, 180}};
+  for (const std::vector<double>& angles : sets) {
     Random random(7);
     std::vector<Picture> pictures;
     for (const double angle : angles) {
