@@ -8,9 +8,10 @@ namespace polarscan {
 // flat, by looking into the first one. Throws Error naming --input-kind where that does not decide.
 InputKind RecognizeKind(const std::filesystem::path& folder, const InputOptions& options);
 
-// The views of that kind, sorted by name, without masks. Throws Error if there are none, and if folders that
-// belong together hold different names.
-std::vector<InputView> ListViews(const std::filesystem::path& folder, InputKind kind);
+// Sets views of input.kind in input.folder, sorted by name, without masks, and their polarizer angles;
+// `angles`: of --angles, may be empty. Throws Error if there are none, and if folders that belong together
+// hold different names.
+void FindViews(const std::string& angles, Input& input);
 
 // Sets the views' masks from FOLDER/masks. Throws Error if there are masks and none of them matches a view.
 void FindMasks(const std::filesystem::path& folder, std::vector<InputView>& views);
