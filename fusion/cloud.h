@@ -17,7 +17,7 @@ struct CloudPoint {
   Rgb8 colour;
   float dop = 0;            // degree of linear polarization, 0 to 1: mean over the agreeing views
   float confidence = 0;     // 0 to 1, see fusion/consistency.h
-  std::uint16_t views = 0;  // that agree, the reference view included
+  std::uint16_t views = 0;  // that agree, the reference view included; those of one place count as one
 };
 
 std::vector<Eigen::Vector3d> Positions(const std::vector<CloudPoint>& cloud);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "core/error.h"
@@ -74,6 +75,7 @@ class Fusion {
         kind_(options.maps == "auto" ? BestMapKind(workspace) : options.maps),
         cache_(workspace, kind_, options.masks, std::size_t(options.memory_gb * 1e9)),
         usable_(UsableViews(workspace, kind_, progress)),
+        places_(Places(workspace.views)),
         absorbed_(workspace.views.size()) {
     if (Usable() == 0)
       throw Error(fmt::format("no view has {} maps", kind_), (workspace.folder / "stereo").string(),
@@ -81,7 +83,7 @@ class Fusion {
     if (MinViews() < options.min_views)
       progress.Warn(
           fmt::format("only {} views have depth maps; a point needs the agreement of {} instead of {}",
-                      Usable(), MinViews(), options.min_views));
+                      UsablePlaces(), MinViews(), options.min_views));
   }
 
   void Run(CloudWriter& cloud) {
@@ -104,7 +106,13 @@ class Fusion {
 
  private:
   int Usable() const { return int(std::ranges::count(usable_, true)); }
-  int MinViews() const { return std::min(options_.min_views, Usable()); }
+  int MinViews() const { return std::min(options_.min_views, UsablePlaces()); }
+  int UsablePlaces() const {
+    std::set<int> places;
+    for (std::size_t i = 0; i < usable_.size(); ++i)
+      if (usable_[i]) places.insert(places_[i]);
+    return int(places.size());
+  }
 
   // The views' maps. Those that are damaged are left out from here on, and null here.
   std::vector<std::shared_ptr<const ViewMaps>> Load(const std::vector<int>& views) {
@@ -127,7 +135,11 @@ class Fusion {
   // Chosen anew when one of them turns out to be damaged, as if it had never been there.
   Candidates FindCandidates(int view, const ViewMaps& reference) {
     Candidates candidates;
-    candidates.views = OverlappingViews(workspace_, view, reference, usable_, options_.check_views);
+    candidates.views = OverlappingViews(workspace_, view, reference, usable_, places_, options_.check_views);
+    for (const int other : candidates.views)
+      candidates.places.push_back(places_[std::size_t(other)] == places_[std::size_t(view)]
+                                      ? kOwnPlace
+                                      : places_[std::size_t(other)]);
     candidates.maps = Load(candidates.views);
     return std::ranges::count(candidates.maps, nullptr) ? FindCandidates(view, reference) : candidates;
   }
@@ -160,6 +172,7 @@ class Fusion {
   std::string kind_;
   MapCache cache_;
   std::vector<bool> usable_;
+  const std::vector<int> places_;
   AbsorbedPixels absorbed_;
   CloudSummary summary_;
 };

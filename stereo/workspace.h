@@ -73,6 +73,16 @@ struct Workspace {
   }
 };
 
+// Whether two views were taken from one place: their centres are within 0.5 % of the depth that they look at
+// (0.3 degrees between their rays; structure from motion errs by less), so that together they tell no depth
+// and bear witness once. False where a view has no depth range.
+bool SamePlace(const DenseView& a, const DenseView& b);
+// For each view the first view that was taken from its place: itself, if none was before it.
+std::vector<int> Places(const std::vector<DenseView>& views);
+// The median angle, degrees, between a view and the nearest one from another place, as seen from what it
+// looks at (the middle of its depths). 0 for fewer than two places.
+double NeighbourAngle(const std::vector<DenseView>& views);
+
 // Reads views.json. Throws Error if the folder holds no workspace of ours or a damaged one.
 Workspace ReadWorkspace(const std::filesystem::path& folder);
 // The views with one of these names, and what they say of each other. names: separated by commas, with * and

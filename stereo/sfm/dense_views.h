@@ -8,7 +8,8 @@
 namespace polarscan {
 
 // Sets the sources and depth ranges of all views from their poses, the model's points and the masks (as many
-// as views, empty where there is none). Warns of views that no other view goes with.
+// as views, empty where there is none). Warns of views that no other view goes with, and of
+// those from one place.
 void ChooseSourcesAndDepths(const SparseModel& model, const std::vector<CoarseMask>& masks,
                             Workspace& workspace, Progress& progress);
 
