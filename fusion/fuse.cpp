@@ -12,6 +12,7 @@
 #include "fusion/cloud.h"
 #include "fusion/fuse_view.h"
 #include "fusion/overlap.h"
+#include "stereo/sfm/model.h"
 
 namespace polarscan {
 namespace {
@@ -96,6 +97,7 @@ class Fusion {
     }
     summary_.views = Usable();
     summary_.maps = kind_;
+    summary_.neighbour_deg = NeighbourAngle(workspace_.views);
     summary_.points = summary_.counts.points = cloud.points();
     if (cloud.points() == 0) ThrowNothing();
     const double n = double(cloud.points());
@@ -190,10 +192,12 @@ CloudSummary FuseCloud(const Workspace& workspace, const std::filesystem::path& 
   WriteAtomically(cloud_ply, [&](const std::filesystem::path& temporary) {
     CloudWriter cloud(
         temporary,
-        "confidence = 1 - exp(-sum of sin(angle to the first view) (1 - residual) over the agreeing views)");
+        "confidence = 1 - exp(-sum of sin(angle to the first view) (1 - residual) over the agreeing views)",
+        workspace.offset);
     fusion.Run(cloud);
     cloud.Finish();
   });
+  WriteOffset(cloud_ply.parent_path(), workspace.offset);
   return fusion.summary();
 }
 

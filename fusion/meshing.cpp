@@ -180,7 +180,9 @@ MeshSummary MakeMesh(const fs::path& cloud_ply, const fs::path& dense, const fs:
     mesh = Simplify(mesh, options.faces);
   summary.vertices = mesh.vertices.size(), summary.faces = mesh.triangles.size();
   summary.closed = BorderLoops(mesh.triangles).empty();
-  WriteMeshFile(mesh_ply, DressMesh(mesh, cloud, summary.cell, options.trim_cells * summary.cell));
+  SurfaceMesh dressed = DressMesh(mesh, cloud, summary.cell, options.trim_cells * summary.cell);
+  dressed.offset = workspace.offset;
+  WriteMeshFile(mesh_ply, dressed);
   return summary;
 }
 

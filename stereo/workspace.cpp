@@ -144,6 +144,8 @@ Workspace ReadWorkspace(const std::filesystem::path& folder) {
     if (value.at("format") != kFormat)
       throw Error("a dense workspace of another version", path.string(), kAdvice);
     workspace.polarized = value.at("polarized");
+    if (value.contains("offset"))
+      for (int i = 0; i < 3; ++i) workspace.offset[i] = value.at("offset").at(std::size_t(i));
     for (const json& view : value.at("views")) workspace.views.push_back(ViewFromJson(view));
   } catch (const json::exception& problem) {
     throw Error(fmt::format("damaged list of views ({})", problem.what()), path.string(), kAdvice);
@@ -170,7 +172,7 @@ Workspace ChosenViews(const Workspace& workspace, const std::string& names) {
                               workspace.views.front().name.substr(1)));
   }
   std::vector<int> place(chosen.size(), -1);
-  Workspace part{workspace.folder, {}, workspace.polarized};
+  Workspace part{workspace.folder, {}, workspace.polarized, workspace.offset};
   for (std::size_t i = 0; i < chosen.size(); ++i)
     if (chosen[i]) place[i] = int(part.views.size()), part.views.push_back(workspace.views[i]);
   if (part.views.size() < 2) throw Error("stereo needs two views at least", names);
@@ -184,8 +186,10 @@ Workspace ChosenViews(const Workspace& workspace, const std::string& names) {
 void WriteWorkspace(const Workspace& workspace) {
   json views = json::array();
   for (const DenseView& view : workspace.views) views.push_back(ToJson(view));
-  WriteJson(workspace.folder / "views.json",
-            {{"format", kFormat}, {"polarized", workspace.polarized}, {"views", views}});
+  json value = {{"format", kFormat}, {"polarized", workspace.polarized}, {"views", views}};
+  const Eigen::Vector3d& offset = workspace.offset;
+  if (!offset.isZero(0)) value["offset"] = {offset.x(), offset.y(), offset.z()};
+  WriteJson(workspace.folder / "views.json", value);
 }
 
 StokesImage ReadViewLight(const Workspace& workspace, int view) {

@@ -51,8 +51,9 @@ std::string ViewName(const std::string& picture);
 
 struct Workspace {
   std::filesystem::path folder;
-  std::vector<DenseView> views;  // sorted by name
-  bool polarized = false;        // false: plain photos, S1 = S2 = 0 everywhere
+  std::vector<DenseView> views;                      // sorted by name
+  bool polarized = false;                            // false: plain photos, S1 = S2 = 0 everywhere
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // added to coordinates: those of the given poses
 
   // Below images/; the maps are named after it.
   std::string PictureName(int view) const {

@@ -62,6 +62,7 @@ SparseModel SelectKnownPoses(const SparseModel& given, const std::vector<View>& 
                              const std::string& where) {
   const auto images = ImagesByStem(given, where);
   SparseModel kept;
+  kept.offset = given.offset;
   for (const View& view : views) {
     const auto found = images.find(view.name);
     if (found == images.end()) continue;
