@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/error.h"
 #include "core/parallel.h"
 #include "core/random.h"
 #include "fusion/maps.h"
@@ -18,7 +19,7 @@
 namespace polarscan {
 namespace {
 
-constexpr int kMostViews = 40, kMostPoints = 4000;
+constexpr int kMostAsked = 40, kMostPlaces = 4000;
 constexpr int kNormals = 100;           // tried at a place
 constexpr double kConeDeg = 36;         // half the cone's angle: wrong angles bend coarse normals by less
 constexpr double kLeastWitness = 2;     // sum of the weights of the views at a place
@@ -42,9 +43,18 @@ std::vector<int> SomeViews(const Workspace& workspace, const std::string& kind) 
   std::vector<int> with_maps, some;
   for (int i = 0; i < int(workspace.views.size()); ++i)
     if (HasMaps(workspace, i, kind)) with_maps.push_back(i);
-  const std::size_t count = std::min<std::size_t>(with_maps.size(), kMostViews);
+  const std::size_t count = std::min<std::size_t>(with_maps.size(), kMostAsked);
   for (std::size_t i = 0; i < count; ++i) some.push_back(with_maps[i * with_maps.size() / count]);
   return some;
+}
+
+// Empty if it is damaged: fusion says so.
+Image<float> ReadDepthIfSound(const std::filesystem::path& path) {
+  try {
+    return ReadDepthMap(path);
+  } catch (const Error&) {
+    return {};
+  }
 }
 
 // Of the plane through the depths within `radius` pixels (inverse depth is linear on a plane); none if fewer
@@ -93,6 +103,7 @@ void AddPlaces(const Image<float>& depth, const DenseView& view, Random random, 
 std::vector<Witness> Ask(const std::vector<SurfacePlace>& places, const DenseView& view,
                          const Image<float>& depth, const Image<PolarSample>& polar) {
   std::vector<Witness> witnesses(places.size());
+  if (depth.empty()) return witnesses;
   const Pinhole camera = view.camera.Resized(depth.width(), depth.height());
   for (std::size_t i = 0; i < places.size(); ++i) {
     const Eigen::Vector3d p = view.cam_from_world * places[i].position;
@@ -190,9 +201,9 @@ AopFit CheckAop(const Workspace& workspace, const StereoOptions& options, Progre
   StereoOptions by_noise;
   by_noise.aop_noise_deg = options.aop_noise_deg;
   std::vector<SurfacePlace> places;
-  const int share = kMostPoints / std::max(1, int(views.size()));
+  const int share = kMostPlaces / std::max(1, int(views.size()));
   for (const int view : views)
-    AddPlaces(ReadDepthMap(workspace.DepthPath(view, kind)), workspace.views[std::size_t(view)],
+    AddPlaces(ReadDepthIfSound(workspace.DepthPath(view, kind)), workspace.views[std::size_t(view)],
               Random(1, std::uint64_t(view)), share, places);
   std::vector<std::vector<Witness>> witnesses;
   std::vector<Eigen::Matrix3d> rotations;
@@ -200,7 +211,7 @@ AopFit CheckAop(const Workspace& workspace, const StereoOptions& options, Progre
   for (const int view : views) {
     progress.Check();
     const DenseView& dense = workspace.views[std::size_t(view)];
-    witnesses.push_back(Ask(places, dense, ReadDepthMap(workspace.DepthPath(view, kind)),
+    witnesses.push_back(Ask(places, dense, ReadDepthIfSound(workspace.DepthPath(view, kind)),
                             MakePolarSamples(ReadViewLight(workspace, view), by_noise)));
     rotations.push_back(dense.cam_from_world.rotation);
     progress.Advance();

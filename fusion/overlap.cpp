@@ -52,12 +52,13 @@ std::vector<int> OverlappingViews(const Workspace& workspace, int reference, con
   std::ranges::sort(ranked);
   std::vector<bool> taken(workspace.views.size());
   taken[std::size_t(places[std::size_t(reference)])] = true;
-  std::ranges::stable_partition(ranked, [&](const auto& entry) {
+  std::vector<std::pair<long, int>> others;  // from places that are there already
+  std::erase_if(ranked, [&](const auto& entry) {
     const auto place = std::size_t(places[std::size_t(entry.second)]);
-    const bool first = !taken[place];
-    taken[place] = true;
-    return first;
+    if (taken[place]) others.push_back(entry);
+    return std::exchange(taken[place], true);
   });
+  ranked.insert(ranked.end(), others.begin(), others.end());
   ranked.resize(std::min(ranked.size(), std::size_t(limit)));
   std::vector<int> views;
   for (const auto& [rank, view] : ranked) views.push_back(view);

@@ -49,7 +49,7 @@ void ExpectEachToMatter(const OptionTable& table, const std::vector<Trial>& tria
 
 TEST(EachOption, OfStereoChangesMaps) {
   const json paper = {{"preset", "paper"}}, separate = {{"surfaces", 0}},
-             rounds = {{"surfaces", 0}, {"refinements", 0}};
+             large = {{"large", true}, {"surfaces", 0}, {"photometric-iterations", 1}, {"rounds", 1}};
   const std::vector<Trial> trials = {
       {"polarization", false},
       {"depth-normal", false, separate},
@@ -58,9 +58,9 @@ TEST(EachOption, OfStereoChangesMaps) {
       {"seed", 2},
       {"views", "v10[0-4]"},
       {"schedule", "sequential"},
-      {"levels", 1},
-      {"search-levels", 2},
-      {"refinements", 1},
+      {"levels", 1, large},
+      {"search-levels", 2, large},
+      {"refinements", 1, large},
       {"surfaces", 1},
       {"surface-change", 1000, {{"surfaces", 3}, {"surface-change", 0}}},
       {"rounds", 1},
@@ -96,11 +96,11 @@ TEST(EachOption, OfStereoChangesMaps) {
       {"vote-trust", 5, {{"masks", false}, {"surfaces", 0}}},
       {"vote-angle", 25},
       {"vote-views", 2},
-      {"matching-sources", 1},
-      {"matching-window", 3},
-      {"matching-smoothing", 1},
+      {"matching-sources", 1, large},
+      {"matching-window", 3, large},
+      {"matching-smoothing", 1, large},
       {"round-turns", 1},
-      {"integration-weight", 1, rounds},
+      {"integration-weight", 1, separate},
       {"filter-min-dop", 0.5},
       {"filter-min-variance", 1000},
       {"filter-min-ncc", 0.9, paper},
@@ -109,15 +109,18 @@ TEST(EachOption, OfStereoChangesMaps) {
       {"filter-max-reprojection", 0.05, paper},
       {"filter-min-support", 4},
   };
-  TemporaryFolder folder;
-  const Workspace workspace = LitSphere(folder.path(), 7, 64, 48);
-  const auto maps = [&](const json& given) {
+  TemporaryFolder small_folder, large_folder;
+  const Workspace small = LitSphere(small_folder.path(), 7, 64, 48);
+  const Workspace big = LitSphere(large_folder.path(), 4, 264, 198);  // enough for two sizes of pictures
+  const auto maps = [&](json given) {
+    const Workspace& workspace = given.contains("large") ? big : small;
+    given.erase("large");
     StereoOptions options = StereoPreset(given.value("preset", "default"));
     OptionTable table = Table(options);
     FromJson(given, table);
-    fs::remove_all(folder.path() / "stereo");
+    fs::remove_all(workspace.folder / "stereo");
     Progress progress;
-    EstimateMaps(folder.path(), options, progress);
+    EstimateMaps(workspace.folder, options, progress);
     std::string bytes;
     for (int view = 0; view < int(workspace.views.size()); ++view)
       if (fs::exists(workspace.DepthPath(view, kFinalMaps)))
