@@ -55,8 +55,10 @@ std::vector<int> OverlappingViews(const Workspace& workspace, int reference, con
   std::vector<std::pair<long, int>> others;  // from places that are there already
   std::erase_if(ranked, [&](const auto& entry) {
     const auto place = std::size_t(places[std::size_t(entry.second)]);
-    if (taken[place]) others.push_back(entry);
-    return std::exchange(taken[place], true);
+    const bool again = taken[place];
+    if (again) others.push_back(entry);
+    taken[place] = true;
+    return again;
   });
   ranked.insert(ranked.end(), others.begin(), others.end());
   ranked.resize(std::min(ranked.size(), std::size_t(limit)));
