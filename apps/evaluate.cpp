@@ -8,6 +8,7 @@
 #include "apps/compare_page.h"
 #include "apps/evaluate_scan.h"
 #include "apps/evaluation_table.h"
+#include "core/similarity.h"
 
 namespace polarscan {
 namespace {
@@ -29,10 +30,18 @@ void FindTruth(EvaluateArguments& arguments) {
   if (arguments.poses.empty() && fs::is_directory(sparse)) arguments.poses = sparse;
 }
 
-Truth ReadTruth(const EvaluateArguments& arguments) {
-  std::vector<TriangleMesh> surroundings;
-  for (const fs::path& path : arguments.surroundings) surroundings.push_back(ReadMesh(path));
-  return Truth(ReadMesh(arguments.truth), std::move(surroundings));
+// In a local frame where it lies far from 0.
+Truth ReadTruth(EvaluateArguments& arguments) {
+  std::vector<TriangleMesh> meshes = {ReadMesh(arguments.truth)};
+  for (const fs::path& path : arguments.surroundings) meshes.push_back(ReadMesh(path));
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& v : meshes[0].vertices) box.extend(v);
+  if (!box.isEmpty()) arguments.truth_origin = LocalOrigin(box.center(), box.diagonal().norm());
+  for (TriangleMesh& mesh : meshes)
+    for (Eigen::Vector3d& v : mesh.vertices) v -= arguments.truth_origin;
+  TriangleMesh object = std::move(meshes[0]);
+  meshes.erase(meshes.begin());
+  return Truth(std::move(object), std::move(meshes));
 }
 
 // The inputs' own last names, or their whole paths where those are not different.

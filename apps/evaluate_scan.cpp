@@ -13,6 +13,7 @@
 #include "apps/report_util.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "core/ply.h"
 #include "fusion/cloud.h"
 #include "fusion/thresholds.h"
 #include "stereo/sfm/alignment.h"
@@ -56,9 +57,8 @@ class Evaluation {
 
   Evaluated Run(const fs::path& input) {
     if (!fs::is_directory(input)) {
-      const auto cameras =
-          arguments_.poses.empty() ? std::vector<DenseView>() : Cameras(ReadSparseModel(arguments_.poses));
-      Cloud(input, {}, cameras);
+      const auto cameras = arguments_.poses.empty() ? std::vector<DenseView>() : Cameras(TruePoses());
+      Cloud(input, FromFrameAt(ReadPlyOffset(input)), cameras);
     } else if (fs::exists(input / "dense/views.json")) {
       if (arguments_.keep && arguments_.cloud.empty()) OpenFiles(input);
       Scan(input, input / "dense");
@@ -75,6 +75,18 @@ class Evaluation {
   }
 
  private:
+  // The truth's cameras, in its frame.
+  SparseModel TruePoses() const {
+    SparseModel model = ReadSparseModel(arguments_.poses);
+    MoveOrigin(model, arguments_.truth_origin - model.offset);
+    return model;
+  }
+
+  // From coordinates that count from `offset`, to those of the truth.
+  Similarity FromFrameAt(const Eigen::Vector3d& offset) const {
+    return {1, Eigen::Matrix3d::Identity(), offset - arguments_.truth_origin};
+  }
+
   void OpenFiles(const fs::path& scan) {
     try {
       files_.emplace(scan);
@@ -97,9 +109,9 @@ class Evaluation {
 
   void Scan(const fs::path& input, const fs::path& dense) {
     const Workspace workspace = ReadWorkspace(dense);
-    Similarity truth_from_scan;
+    Similarity truth_from_scan = FromFrameAt(workspace.offset);
     if (arguments_.align && !arguments_.poses.empty()) {
-      const Alignment alignment = AlignCameras(Poses(workspace), Poses(ReadSparseModel(arguments_.poses)));
+      const Alignment alignment = AlignCameras(Poses(workspace), Poses(TruePoses()));
       truth_from_scan = alignment.truth_from_scan;
       done_.result["alignment"] = ToJson(alignment);
     } else {

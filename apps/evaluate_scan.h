@@ -19,6 +19,7 @@ struct EvaluateArguments {
   bool align = true, maps = true, keep = true;
   EvaluateOptions options;
   std::uint64_t seed = 0;
+  Eigen::Vector3d truth_origin = Eigen::Vector3d::Zero();  // from where the Truth's coordinates count
 };
 
 // Errors of one view as pictures for a page.

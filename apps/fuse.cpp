@@ -17,7 +17,11 @@ struct FuseArguments {
 std::pair<std::filesystem::path, nlohmann::json> Fuse(const FuseArguments& arguments, Context& context) {
   if (IsColmapWorkspace(arguments.scan)) {
     const auto cloud = arguments.scan / "cloud.ply";
-    return {cloud, ToJson(FuseCloud(arguments.scan, cloud, arguments.options, context.progress))};
+    const nlohmann::json counts =
+        ToJson(FuseCloud(arguments.scan, cloud, arguments.options, context.progress));
+    if (const std::string few = FewAgree(counts, arguments.options.min_views); !few.empty())
+      context.progress.Warn(few);
+    return {cloud, counts};
   }
   Scan scan = Scan::Open(arguments.scan, context.progress);
   if (arguments.repair) {

@@ -101,6 +101,9 @@ void WriteReport(const fs::path& scan_folder, const fs::path& html, Progress& pr
       {"name", NameOf(scan_folder)}, {"scan", ReadJson(scan_folder / "scan.json")}, {"legends", Legends()}};
   ReportViews views = CollectViews(scan_folder, progress);
   json& notes = data["notes"] = views.notes;
+  if (const json offset = data["scan"].value("offset", json()); offset.is_array())
+    notes.push_back("Coordinates are in a local frame: add " + offset.dump() +
+                    " for those of the poses given.");
   const json evaluation = Try<json>(notes, [&] { return ReadEvaluation(scan_folder, notes); });
   const Eigen::Matrix3d& display = views.display_from_world;
   const CloudSample sample = ReadCloud(scan_folder, !evaluation.is_null(), display, notes);

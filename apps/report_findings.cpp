@@ -4,11 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <numbers>
 
 #include "apps/report_cloud.h"
 #include "apps/report_util.h"
+#include "fusion/fuse.h"
 
 namespace polarscan {
 namespace {
@@ -52,6 +54,35 @@ void FindMissingPictures(const json& scan, json& list) {
                            fmt::format("{} of {} pictures have no place", total - registered, total),
                            "A picture finds its place by texture that it shares with others: keep neighbours "
                            "within 20 degrees, and put a printed sheet under or around a plain object."));
+}
+
+// What a stage counted.
+json CountsOf(const json& scan, const char* stage) {
+  return scan.value("stages", json::object()).value(stage, json::object()).value("counts", json::object());
+}
+
+bool FewViewsAgree(const FindingsInput& input) {
+  return !FewAgree(CountsOf(input.scan, "fusion"), input.min_views).empty();
+}
+
+void FindPieces(const FindingsInput& input, json& list) {
+  const json counts = CountsOf(input.scan, "fusion");
+  if (!FewViewsAgree(input)) return;
+  const int pieces = CountsOf(input.scan, "mesh").value("pieces_dropped", 0);
+  list.push_back(Finding(
+      "agreement", fmt::format("On {} of the depths too few views agree", Percent(ShareOfTooFew(counts))),
+      FewAgree(counts, input.min_views) + "." +
+          (pieces > 0 ? fmt::format(" The mesh left out {} loose pieces.", pieces) : "")));
+}
+
+json AnglesOf(const json& scan) { return CountsOf(scan, "stereo").value("angles", json::object()); }
+
+void FindWrongAngles(const json& scan, json& list) {
+  const json angles = AnglesOf(scan);
+  if (!angles.value("wrong", false)) return;
+  std::string text = angles.value("advice", "") + ".";
+  text[0] = char(std::toupper(text[0]));
+  list.push_back(Finding("angles", "The angles of polarization do not fit the shape", text));
 }
 
 void FindGaps(const std::vector<CameraPlace>& cameras, json& list) {
@@ -126,6 +157,15 @@ void FindWeakPolarization(const FindingsInput& input, json& list) {
   if (!input.sample.Has("dop") || !(input.dop_noise > 0)) return;
   const double weak = input.dop_noise / (2 * kCertainDeg * std::numbers::pi / 180);
   const std::vector<bool> chosen = AtMost(input.sample.values.at("dop"), weak);
+  if (Share(chosen) < kWeakShare && AnglesOf(input.scan).value("wrong", false)) return;
+  if (Share(chosen) < kWeakShare && FewViewsAgree(input)) {
+    list.push_back(Finding(
+        "polarization", "Polarization is clear, but too few views agree",
+        fmt::format("On {} of the points one pixel's angle of polarization is certain to {:g} degrees. "
+                    "It bends a surface that the views agree on; where they find none it tells nothing.",
+                    Percent(1 - Share(chosen)), kCertainDeg)));
+    return;
+  }
   if (Share(chosen) < kWeakShare) {
     list.push_back(
         Good("polarization", "Polarization tells the shape",
@@ -168,6 +208,8 @@ void FindPoorViews(const json& views, json& list) {
 json Findings(const FindingsInput& input) {
   json list = json::array(), findings = json::object();
   FindMissingPictures(input.scan, list);
+  FindPieces(input, list);
+  FindWrongAngles(input.scan, list);
   if (!input.cameras.empty()) {
     findings["coverage"] = Coverage(input.cameras);
     FindGaps(input.cameras, list);

@@ -21,7 +21,7 @@ struct FindingsInput {
 // {coverage, list}. coverage: {step (degrees), cells [elevation from -90][azimuth from 0]: degrees to the
 // nearest camera, cameras [{view, azimuth, elevation}]}, azimuth counted from the front (z) to the right (x).
 // list: [{kind, title, text, from (direction to look from; optional), layer (to colour by; optional), good}],
-// kind: registration, coverage, underside, views, polarization, depth.
+// kind: registration, agreement, angles, coverage, underside, views, polarization, depth.
 nlohmann::json Findings(const FindingsInput& input);
 
 }  // namespace polarscan

@@ -48,7 +48,7 @@ const std::vector<StageFiles>& AllStageFiles() {
        {"dense/views.json", "dense/images", "dense/polar", "dense/masks", "dense/sparse",
         "dense/stereo/patch-match.cfg", "dense/stereo/fusion.cfg"}},
       {"stereo", {"dense/stereo/depth_maps", "dense/stereo/normal_maps"}},
-      {"fusion", {"cloud.ply"}},
+      {"fusion", {"cloud.ply", "offset.txt"}},
       {"mesh", {"mesh.ply"}},
       {"report", {"report.html"}}};
   return all;
@@ -375,6 +375,13 @@ std::vector<ScanFinding> Scan::Repair() {
 
 void Scan::Note(const std::string& group, const std::string& key, const nlohmann::json& value) {
   state_[group][key] = value;
+}
+
+void Scan::Note(const std::string& key, const nlohmann::json& value) {
+  if (value.is_null())
+    state_.erase(key);
+  else
+    state_[key] = value;
 }
 
 nlohmann::json Scan::Counts(const std::string& stage) const {

@@ -85,6 +85,7 @@ class Scan {
 
   // Sets a value of scan.json's summary, say Note("views", "registered", 12). Saved with the next stage.
   void Note(const std::string& group, const std::string& key, const nlohmann::json& value);
+  void Note(const std::string& key, const nlohmann::json& value);  // null: removes it
   // What a stage returned when it was done; an empty object if it was not.
   nlohmann::json Counts(const std::string& stage) const;
   const nlohmann::json& state() const { return state_; }

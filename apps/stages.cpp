@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/stages.h"
 
+#include <fmt/format.h>
+
 #include "apps/report.h"
 #include "apps/views.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "demosaic/layout.h"
+#include "fusion/aop_check.h"
 #include "fusion/surface_maps.h"
 #include "stereo/workspace.h"
 
@@ -17,6 +21,42 @@ std::string HashOfFiles(const fs::path& folder) {
   std::uint64_t hash = 0;
   for (const fs::path& file : FilesBelow(folder)) hash = HashFile(file, Hash(file.filename().string(), hash));
   return ToHex(hash);
+}
+
+// The option that counts a scan's angles another way. input: of scan.json's options.
+std::string CureOfAngles(AopCount count, const nlohmann::json& input) {
+  const bool mirrored = count != AopCount::kShifted, shifted = count != AopCount::kMirrored;
+  if (input.value("kind", "") == "mosaic") {
+    Layout layout = ParseLayout(input.at("sensor").at("layout"));
+    for (int& angle : layout.angles_deg)
+      angle = ((mirrored ? -angle : angle) + (shifted ? 45 : 0) + 180) % 180;
+    return fmt::format("Run again with --layout \"{}\"", ToString(layout));
+  }
+  const bool clockwise = input.value("aop_sense", "") == "clockwise";
+  return (mirrored ? fmt::format("Run again with --aop-sense {}", clockwise ? "anticlockwise" : "clockwise")
+                   : "Look which picture belongs to which angle") +
+         (mirrored && shifted ? ", and look which picture belongs to which angle" : "");
+}
+
+std::string AnglesDoNotFit(AopCount count, const nlohmann::json& input) {
+  constexpr const char* kWays[] = {"", "the other way", "45 degrees on", "the other way and 45 degrees on"};
+  return fmt::format(
+      "the angles of polarization do not fit the shape that the views agree on; counted {} they would. {}; "
+      "polarscan calibrate layout finds out how a sensor counts",
+      kWays[std::size_t(count)], CureOfAngles(count, input));
+}
+
+// Asks the maps whether the angles are counted as they were said to be; what is wrong is said, and told to
+// the report.
+nlohmann::json CheckAngles(const Scan& scan, const StereoOptions& options, Progress& progress) {
+  const AopFit fit = CheckAop(ChosenViews(ReadWorkspace(scan.dense()), options.views), options, progress);
+  nlohmann::json counts = ToJson(fit);
+  if (!fit.IsWrong()) return counts;
+  const nlohmann::json views =
+      scan.state().value("options", nlohmann::json::object()).value("views", nlohmann::json::object());
+  counts["advice"] = AnglesDoNotFit(fit.other, views.value("input", nlohmann::json::object()));
+  progress.Warn(counts["advice"].get<std::string>());
+  return counts;
 }
 
 }  // namespace
@@ -41,6 +81,9 @@ void RunSfm(Scan& scan, const std::optional<fs::path>& known_model, const SfmOpt
   scan.Run(stage, [&](Progress& progress) -> nlohmann::json {
     const SparseModel model = EstimatePoses(scan.views(), scan.sfm(), known_model, options, progress);
     scan.Note("views", "registered", model.images.size());
+    const Eigen::Vector3d& offset = model.offset;
+    scan.Note("offset",
+              offset.isZero(0) ? nlohmann::json() : nlohmann::json{offset.x(), offset.y(), offset.z()});
     return {{"registered", model.images.size()}, {"points", model.points.size()}};
   });
 }
@@ -57,16 +100,21 @@ void RunStereo(Scan& scan, const StereoOptions& options) {
   StereoOptions effective = options;
   scan.Run({"stereo", ToJson(Table(effective))}, [&](Progress& progress) -> nlohmann::json {
     EstimateMaps(scan.dense(), options, progress);
-    return {{"views", ChosenViews(ReadWorkspace(scan.dense()), options.views).views.size()}};
+    nlohmann::json counts = {{"views", ChosenViews(ReadWorkspace(scan.dense()), options.views).views.size()}};
+    if (options.polarization) counts["angles"] = CheckAngles(scan, options, progress);
+    return counts;
   });
 }
 
 void RunFusion(Scan& scan, const FusionOptions& options) {
   FusionOptions effective = options;
   scan.Run({"fusion", ToJson(Table(effective))}, [&](Progress& progress) -> nlohmann::json {
+    fs::remove(scan.folder() / "offset.txt");  // of an earlier run
     const CloudSummary cloud = FuseCloud(scan.dense(), scan.cloud(), options, progress);
     scan.Note("cloud", "points", cloud.points);
-    return ToJson(cloud);
+    const nlohmann::json counts = ToJson(cloud);
+    if (const std::string few = FewAgree(counts, options.min_views); !few.empty()) progress.Warn(few);
+    return counts;
   });
 }
 

@@ -8,6 +8,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <limits>
 #include <optional>
 #include <sstream>
@@ -252,6 +253,25 @@ PlyFile ReadPly(const std::filesystem::path& path) {
     std::string what = error.what();
     throw Error(what.substr(0, what.rfind(": ")), path.string(), "Copy or export the file again");
   }
+}
+
+std::string PlyOffsetLine(const Eigen::Vector3d& offset) {
+  if (offset.isZero(0)) return "";
+  return fmt::format("comment offset {} {} {}\n", offset.x(), offset.y(), offset.z());
+}
+
+Eigen::Vector3d ReadPlyOffset(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string line;
+  for (int lines = 0; lines < 100 && std::getline(file, line) && line != "end_header"; ++lines) {
+    std::istringstream words(line);
+    std::string comment, what;
+    Eigen::Vector3d offset;
+    if (words >> comment >> what >> offset.x() >> offset.y() >> offset.z() && comment == "comment" &&
+        what == "offset" && offset.allFinite())
+      return offset;
+  }
+  return Eigen::Vector3d::Zero();
 }
 
 }  // namespace polarscan

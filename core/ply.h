@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <Eigen/Core>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -18,5 +19,10 @@ struct PlyElement {
 using PlyFile = std::map<std::string, PlyElement>;
 
 PlyFile ReadPly(const std::filesystem::path& path);
+
+// The header's line "comment offset X Y Z": what to add to the file's coordinates for the world's (double
+// precision). Nothing for 0; and 0 for a file without it, or that is none.
+std::string PlyOffsetLine(const Eigen::Vector3d& offset);
+Eigen::Vector3d ReadPlyOffset(const std::filesystem::path& path);
 
 }  // namespace polarscan

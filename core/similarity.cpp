@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/similarity.h"
 
+#include <cmath>
+
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
@@ -47,6 +49,13 @@ Similarity EstimateSimilarity(const std::vector<Eigen::Vector3d>& source,
   similarity.rotation = m.topLeftCorner<3, 3>() / similarity.scale;
   similarity.translation = m.topRightCorner<3, 1>();
   return similarity;
+}
+
+Eigen::Vector3d LocalOrigin(const Eigen::Vector3d& centre, double extent) {
+  constexpr double kFar = 100;
+  if (!(extent > 0) || centre.norm() <= kFar * extent) return Eigen::Vector3d::Zero();
+  const double round = std::pow(10, std::ceil(std::log10(extent)));
+  return round * (centre / round).array().round().matrix();
 }
 
 }  // namespace polarscan

@@ -24,4 +24,9 @@ struct Similarity {
 Similarity EstimateSimilarity(const std::vector<Eigen::Vector3d>& source,
                               const std::vector<Eigen::Vector3d>& target);
 
+// Where to count coordinates from so that single precision keeps their detail: 0 for things of size `extent`
+// around `centre` within 100 of their sizes of 0 (then its steps are 1e-5 of the size); else a round place
+// near the centre.
+Eigen::Vector3d LocalOrigin(const Eigen::Vector3d& centre, double extent);
+
 }  // namespace polarscan

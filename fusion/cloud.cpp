@@ -26,9 +26,11 @@ std::vector<double> Column(const PlyElement& vertex, const std::string& name, do
 
 std::uint8_t ToByte(double value) { return std::uint8_t(std::clamp(value, 0.0, 255.0)); }
 
-std::string Header(std::size_t count, const std::string& comment) {
-  return fmt::format("ply\nformat binary_little_endian 1.0\n{}element vertex {}\n{}end_header\n",
-                     comment.empty() ? "" : "comment " + comment + "\n", count, PointProperties());
+std::string Header(std::size_t count, const std::string& comment,
+                   const Eigen::Vector3d& offset = Eigen::Vector3d::Zero()) {
+  return fmt::format("ply\nformat binary_little_endian 1.0\n{}{}element vertex {}\n{}end_header\n",
+                     PlyOffsetLine(offset), comment.empty() ? "" : "comment " + comment + "\n", count,
+                     PointProperties());
 }
 
 }  // namespace
@@ -64,8 +66,9 @@ void WriteCloud(const std::filesystem::path& path, const std::vector<CloudPoint>
   WriteFileAtomically(path, bytes);
 }
 
-CloudWriter::CloudWriter(const std::filesystem::path& path, const std::string& comment)
-    : path_(path), comment_(comment), file_(path, std::ios::binary) {
+CloudWriter::CloudWriter(const std::filesystem::path& path, const std::string& comment,
+                         const Eigen::Vector3d& offset)
+    : path_(path), comment_(comment), offset_(offset), file_(path, std::ios::binary) {
   Write(PaddedHeader());
 }
 
@@ -87,7 +90,7 @@ void CloudWriter::Finish() {
 // As long for every count.
 std::string CloudWriter::PaddedHeader() const {
   constexpr std::size_t kMostDigits = 20;
-  return Header(points_, comment_ + std::string(kMostDigits - std::to_string(points_).size(), ' '));
+  return Header(points_, comment_ + std::string(kMostDigits - std::to_string(points_).size(), ' '), offset_);
 }
 
 void CloudWriter::Write(const std::string& bytes) {

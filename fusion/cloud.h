@@ -17,7 +17,7 @@ struct CloudPoint {
   Rgb8 colour;
   float dop = 0;            // degree of linear polarization, 0 to 1: mean over the agreeing views
   float confidence = 0;     // 0 to 1, see fusion/consistency.h
-  std::uint16_t views = 0;  // that agree, the reference view included
+  std::uint16_t views = 0;  // that agree, the reference view included; those of one place count as one
 };
 
 std::vector<Eigen::Vector3d> Positions(const std::vector<CloudPoint>& cloud);
@@ -41,7 +41,8 @@ std::vector<CloudPoint> ReadCloud(const std::filesystem::path& path);
 // count comes last; blanks at the end of the comment make room for it. Throws Error if the disk fails.
 class CloudWriter {
  public:
-  CloudWriter(const std::filesystem::path& path, const std::string& comment);
+  // offset: of the cloud's frame (core/ply.h).
+  CloudWriter(const std::filesystem::path& path, const std::string& comment, const Eigen::Vector3d& offset);
   void Add(const std::vector<CloudPoint>& points);
   void Finish();
   std::size_t points() const { return points_; }
@@ -52,6 +53,7 @@ class CloudWriter {
 
   std::filesystem::path path_;
   std::string comment_;
+  Eigen::Vector3d offset_;
   std::size_t points_ = 0;
   std::ofstream file_;
 };

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 namespace polarscan {
 namespace {
@@ -57,7 +58,7 @@ std::optional<Agreement> Ask(const ViewMaps& reference, const Eigen::Vector2d& p
   const double residual = (error_px / limits.reprojection_px + std::abs(relative) / limits.relative_depth +
                            angle / limits.normal_deg) /
                           3;
-  return Agreement{0, uv, x, y, position, residual};
+  return Agreement{0, 0, uv, x, y, position, residual};
 }
 
 // Where the ray origin + t direction meets the tangent plane of a view's surface point.
@@ -116,17 +117,28 @@ double PatchArea(const ViewMaps& view, int x, int y) {
 
 void FindAgreements(const ViewMaps& reference, int x, int y,
                     const std::vector<std::shared_ptr<const ViewMaps>>& candidates,
-                    const ConsistencyLimits& limits, std::vector<Agreement>& agreements,
-                    ConsistencyCounts& counts) {
+                    const std::vector<int>& places, const ConsistencyLimits& limits,
+                    std::vector<Agreement>& agreements, ConsistencyCounts& counts) {
   agreements.clear();
   const SurfacePoint point = BackProject(reference, x, y);
   const Eigen::Vector2d pixel(x + 0.5, y + 0.5);
+  int through = kOwnPlace;  // the last place from which the point is seen through
   for (int i = 0; i < int(candidates.size()); ++i) {
+    const int place = places[std::size_t(i)];
+    const std::size_t before = counts.seen_through;
     auto agreement = Ask(reference, pixel, point, *candidates[std::size_t(i)], limits, counts);
+    if (counts.seen_through > before && std::exchange(through, place) == place) counts.seen_through = before;
     if (!agreement) continue;
-    agreement->view = i;
+    agreement->view = i, agreement->place = place;
     agreements.push_back(*agreement);
   }
+}
+
+std::size_t PlacesOf(const std::vector<Agreement>& agreements) {
+  std::size_t places = 0;
+  int last = kOwnPlace;
+  for (const Agreement& a : agreements) places += std::exchange(last, a.place) != a.place;
+  return places;
 }
 
 CloudPoint Fuse(const ViewMaps& reference, int x, int y,
@@ -136,14 +148,17 @@ CloudPoint Fuse(const ViewMaps& reference, int x, int y,
   const Eigen::Vector3d centre = reference.cam_from_world.Center(), ray = seed.position - centre;
   WeightedMean mean;
   mean.Add(reference, x, y, 1);
-  double support = 0;
+  double support = 0, best = 0;  // of all places, of the last one
+  int place = kOwnPlace;
   for (const Agreement& a : agreements) {
     const ViewMaps& view = *candidates[std::size_t(a.view)];
     mean.Add(view, a.x, a.y, MeetsPlane(view, a.x, a.y, a.point, centre, ray));
     const Eigen::Vector3d to_view = (view.cam_from_world.Center() - seed.position).normalized();
     const double sine = to_view.dot(ray) > 0 ? 1 : to_view.cross(ray.normalized()).norm();
-    support += sine * (1 - a.residual);
+    if (std::exchange(place, a.place) != a.place) support += std::exchange(best, 0);
+    best = std::max(best, sine * (1 - a.residual));
   }
+  support += best;
   const Eigen::Vector3d colour = mean.colour / mean.weight;
   CloudPoint point;
   point.position = (centre + mean.along_ray / mean.weight * ray).cast<float>();
@@ -151,7 +166,7 @@ CloudPoint Fuse(const ViewMaps& reference, int x, int y,
   point.colour = {Byte(colour.x()), Byte(colour.y()), Byte(colour.z())};
   point.dop = float(mean.dop / mean.weight);
   point.confidence = float(1 - std::exp(-support));
-  point.views = std::uint16_t(std::min<std::size_t>(agreements.size() + 1, 65535));
+  point.views = std::uint16_t(std::min<std::size_t>(PlacesOf(agreements) + 1, 65535));
   return point;
 }
 

@@ -34,7 +34,8 @@ CloudPoint Dress(const std::vector<NearPoint>& nearest, const std::vector<CloudP
 SurfaceMesh DressMesh(const TriangleMesh& mesh, const std::vector<CloudPoint>& cloud, double cell,
                       double limit) {
   const auto nearest = NearestPoints(Positions(cloud), mesh.vertices, kNearPoints);
-  SurfaceMesh dressed{std::vector<CloudPoint>(mesh.vertices.size()), mesh.triangles};
+  SurfaceMesh dressed;
+  dressed.vertices.resize(mesh.vertices.size()), dressed.triangles = mesh.triangles;
   ParallelFor(0, int(mesh.vertices.size()), [&](int i) {
     const auto v = std::size_t(i);
     dressed.vertices[v] = Dress(nearest[v], cloud, cell, limit);

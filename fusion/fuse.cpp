@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "core/error.h"
@@ -11,6 +12,7 @@
 #include "fusion/cloud.h"
 #include "fusion/fuse_view.h"
 #include "fusion/overlap.h"
+#include "stereo/sfm/model.h"
 
 namespace polarscan {
 namespace {
@@ -74,6 +76,7 @@ class Fusion {
         kind_(options.maps == "auto" ? BestMapKind(workspace) : options.maps),
         cache_(workspace, kind_, options.masks, std::size_t(options.memory_gb * 1e9)),
         usable_(UsableViews(workspace, kind_, progress)),
+        places_(Places(workspace.views)),
         absorbed_(workspace.views.size()) {
     if (Usable() == 0)
       throw Error(fmt::format("no view has {} maps", kind_), (workspace.folder / "stereo").string(),
@@ -81,7 +84,7 @@ class Fusion {
     if (MinViews() < options.min_views)
       progress.Warn(
           fmt::format("only {} views have depth maps; a point needs the agreement of {} instead of {}",
-                      Usable(), MinViews(), options.min_views));
+                      UsablePlaces(), MinViews(), options.min_views));
   }
 
   void Run(CloudWriter& cloud) {
@@ -94,6 +97,7 @@ class Fusion {
     }
     summary_.views = Usable();
     summary_.maps = kind_;
+    summary_.neighbour_deg = NeighbourAngle(workspace_.views);
     summary_.points = summary_.counts.points = cloud.points();
     if (cloud.points() == 0) ThrowNothing();
     const double n = double(cloud.points());
@@ -104,7 +108,13 @@ class Fusion {
 
  private:
   int Usable() const { return int(std::ranges::count(usable_, true)); }
-  int MinViews() const { return std::min(options_.min_views, Usable()); }
+  int MinViews() const { return std::min(options_.min_views, UsablePlaces()); }
+  int UsablePlaces() const {
+    std::set<int> places;
+    for (std::size_t i = 0; i < usable_.size(); ++i)
+      if (usable_[i]) places.insert(places_[i]);
+    return int(places.size());
+  }
 
   // The views' maps. Those that are damaged are left out from here on, and null here.
   std::vector<std::shared_ptr<const ViewMaps>> Load(const std::vector<int>& views) {
@@ -127,7 +137,11 @@ class Fusion {
   // Chosen anew when one of them turns out to be damaged, as if it had never been there.
   Candidates FindCandidates(int view, const ViewMaps& reference) {
     Candidates candidates;
-    candidates.views = OverlappingViews(workspace_, view, reference, usable_, options_.check_views);
+    candidates.views = OverlappingViews(workspace_, view, reference, usable_, places_, options_.check_views);
+    for (const int other : candidates.views)
+      candidates.places.push_back(places_[std::size_t(other)] == places_[std::size_t(view)]
+                                      ? kOwnPlace
+                                      : places_[std::size_t(other)]);
     candidates.maps = Load(candidates.views);
     return std::ranges::count(candidates.maps, nullptr) ? FindCandidates(view, reference) : candidates;
   }
@@ -160,6 +174,7 @@ class Fusion {
   std::string kind_;
   MapCache cache_;
   std::vector<bool> usable_;
+  const std::vector<int> places_;
   AbsorbedPixels absorbed_;
   CloudSummary summary_;
 };
@@ -177,10 +192,12 @@ CloudSummary FuseCloud(const Workspace& workspace, const std::filesystem::path& 
   WriteAtomically(cloud_ply, [&](const std::filesystem::path& temporary) {
     CloudWriter cloud(
         temporary,
-        "confidence = 1 - exp(-sum of sin(angle to the first view) (1 - residual) over the agreeing views)");
+        "confidence = 1 - exp(-sum of sin(angle to the first view) (1 - residual) over the agreeing views)",
+        workspace.offset);
     fusion.Run(cloud);
     cloud.Finish();
   });
+  WriteOffset(cloud_ply.parent_path(), workspace.offset);
   return fusion.summary();
 }
 

@@ -47,9 +47,15 @@ struct CloudSummary {
   std::vector<std::string> damaged;  // views left out
   std::string maps;                  // "geometric" or "photometric"
   double mean_views = 0, mean_confidence = 0, mean_dop = 0;
+  double neighbour_deg = 0;  // between neighbouring views (NeighbourAngle)
   FusionCounts counts;
 };
 nlohmann::json ToJson(const CloudSummary& summary);
+
+// The share of the pixels with a depth on which too few views agree. 0 for counts that do not tell.
+double ShareOfTooFew(const nlohmann::json& summary);
+// Where that is more than half: what is wrong and what to add, in words; else empty. summary: of ToJson.
+std::string FewAgree(const nlohmann::json& summary, int min_views);
 
 // Fuses the depth maps of a workspace into a cloud (fusion/cloud.h). Views are taken in order; each pixel
 // that no earlier point has absorbed asks the overlapping views whether they agree (fusion/consistency.h);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fusion/fuse.h"
 
+#include <fmt/format.h>
+
 namespace polarscan {
 
 OptionTable Table(FusionOptions& o) {
@@ -38,6 +40,7 @@ nlohmann::json ToJson(const CloudSummary& s) {
           {"mean_views", s.mean_views},
           {"mean_confidence", s.mean_confidence},
           {"mean_dop", s.mean_dop},
+          {"neighbour_deg", s.neighbour_deg},
           {"pixels",
            {{"with_depth", c.with_depth},
             {"masked", c.masked},
@@ -45,6 +48,27 @@ nlohmann::json ToJson(const CloudSummary& s) {
             {"absorbed", c.absorbed},
             {"too_few_views", c.too_few_views},
             {"contradicted", c.contradicted}}}};
+}
+
+double ShareOfTooFew(const nlohmann::json& summary) {
+  const nlohmann::json pixels = summary.value("pixels", nlohmann::json::object());
+  const double all = pixels.value("with_depth", 0.0) - pixels.value("masked", 0.0);
+  return all > 0 ? pixels.value("too_few_views", 0.0) / all : 0;
+}
+
+std::string FewAgree(const nlohmann::json& summary, int min_views) {
+  constexpr double kMany = 0.5, kFarApartDeg = 25;
+  const double share = ShareOfTooFew(summary), angle = summary.value("neighbour_deg", 0.0);
+  if (share <= kMany) return "";
+  const std::string what = fmt::format(
+      "{:.0f} % of the pixels with a depth are left out, because fewer than {} views agree on "
+      "them: the result is in pieces. Neighbouring pictures are {:.0f} degrees apart, seen from "
+      "what they show. ",
+      100 * share, min_views, angle);
+  return what + (angle > kFarApartDeg
+                     ? "Take more in between, about 20 degrees apart"
+                     : "That is near enough: look for pictures that are blurred, dark or of another state of "
+                       "the scene, and for wrong poses (polarscan report)");
 }
 
 }  // namespace polarscan

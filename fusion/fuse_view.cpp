@@ -57,12 +57,13 @@ Row FuseRow(const ViewMaps& reference, int view, int y, const Candidates& candid
       continue;
     }
     ConsistencyCounts asked;
-    FindAgreements(reference, x, y, candidates.maps, limits, agreements, asked);
+    FindAgreements(reference, x, y, candidates.maps, candidates.places, limits, agreements, asked);
+    const std::size_t agreeing = PlacesOf(agreements);
     row.counts.asked += asked;
-    if (int(agreements.size()) + 1 < min_views) {
+    if (int(agreeing) + 1 < min_views) {
       ++row.counts.too_few_views;
     } else if (options.contradictions > 0 &&
-               double(asked.seen_through) > options.contradictions * double(agreements.size())) {
+               double(asked.seen_through) > options.contradictions * double(agreeing)) {
       ++row.counts.contradicted;
     } else {
       row.points.push_back(Fuse(reference, x, y, candidates.maps, agreements));

@@ -27,7 +27,8 @@ class AbsorbedPixels {
 
 // The views asked about a view's pixels.
 struct Candidates {
-  std::vector<int> views;  // indices into the workspace
+  std::vector<int> views;   // indices into the workspace
+  std::vector<int> places;  // of each (fusion/consistency.h)
   std::vector<std::shared_ptr<const ViewMaps>> maps;
 };
 

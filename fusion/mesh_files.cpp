@@ -10,6 +10,7 @@
 #include "core/bytes.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "core/ply.h"
 
 namespace polarscan {
 namespace {
@@ -18,9 +19,9 @@ using nlohmann::json;
 
 std::string Ply(const SurfaceMesh& mesh) {
   std::string bytes = fmt::format(
-      "ply\nformat binary_little_endian 1.0\nelement vertex {}\n{}element face {}\n"
+      "ply\nformat binary_little_endian 1.0\n{}element vertex {}\n{}element face {}\n"
       "property list uchar uint vertex_indices\nend_header\n",
-      mesh.vertices.size(), PointProperties(), mesh.triangles.size());
+      PlyOffsetLine(mesh.offset), mesh.vertices.size(), PointProperties(), mesh.triangles.size());
   for (const CloudPoint& v : mesh.vertices) AppendPoint(bytes, v);
   for (const Triangle& t : mesh.triangles) {
     AppendBytes(bytes, std::uint8_t(3));
@@ -32,6 +33,8 @@ std::string Ply(const SurfaceMesh& mesh) {
 std::string Obj(const SurfaceMesh& mesh) {
   std::string text = "# polarscan\n";
   auto out = std::back_inserter(text);
+  if (!mesh.offset.isZero(0))
+    fmt::format_to(out, "# offset {} {} {}\n", mesh.offset.x(), mesh.offset.y(), mesh.offset.z());
   for (const CloudPoint& v : mesh.vertices)
     fmt::format_to(out, "v {} {} {} {:.4f} {:.4f} {:.4f}\n", v.position.x(), v.position.y(), v.position.z(),
                    v.colour.r / 255.0, v.colour.g / 255.0, v.colour.b / 255.0);
@@ -80,10 +83,13 @@ json GltfDocument(const SurfaceMesh& mesh) {
        {"type", "VEC4"}},
       {{"bufferView", 3}, {"componentType", kUnsignedInt}, {"count", indices}, {"type", "SCALAR"}}};
   const json primitive = {{"attributes", {{"POSITION", 0}, {"NORMAL", 1}, {"COLOR_0", 2}}}, {"indices", 3}};
+  json node = {{"mesh", 0}};
+  if (!mesh.offset.isZero(0))
+    node["extras"] = {{"offset", {mesh.offset.x(), mesh.offset.y(), mesh.offset.z()}}};
   return {{"asset", {{"version", "2.0"}, {"generator", "polarscan"}}},
           {"scene", 0},
           {"scenes", json::array({{{"nodes", {0}}}})},
-          {"nodes", json::array({{{"mesh", 0}}})},
+          {"nodes", json::array({node})},
           {"meshes", json::array({{{"primitives", json::array({primitive})}}})},
           {"buffers", json::array({{{"byteLength", offset}}})},
           {"bufferViews", views},
@@ -127,7 +133,7 @@ void WriteMeshFile(const std::filesystem::path& path, const SurfaceMesh& mesh) {
 }
 
 SurfaceMesh ReadSurfaceMesh(const std::filesystem::path& path) {
-  SurfaceMesh mesh{ReadCloud(path), ReadMesh(path).triangles};
+  SurfaceMesh mesh{ReadCloud(path), ReadMesh(path).triangles, ReadPlyOffset(path)};
   for (const Triangle& t : mesh.triangles)
     for (std::uint32_t index : t)
       if (index >= mesh.vertices.size())

@@ -13,9 +13,11 @@ namespace polarscan {
 struct SurfaceMesh {
   std::vector<CloudPoint> vertices;
   std::vector<Triangle> triangles;
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // added to coordinates: the world's
 };
 
-// Writes the format that the file's name asks for; atomic:
+// Writes the format that the file's name asks for; atomic. An offset is said in a comment (.glb: in the
+// node's extras).
 //   .ply  binary little-endian; the cloud's properties (fusion/cloud.h) and the faces
 //   .obj  text; colours behind the coordinates, 0 to 1, as MeshLab and Blender read them
 //   .glb  binary glTF 2.0: one mesh with normals and linear colours (COLOR_0); axes and units are the world's

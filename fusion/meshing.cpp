@@ -23,7 +23,6 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kFewestPoints = 100;
 constexpr std::size_t kMostVertices = 2'000'000;  // of a mesh whose triangles were divided
-constexpr double kMaskMargin = 2;                 // px, as in stereo: masks are not that exact
 
 std::vector<CloudPoint> ConfidentPoints(const fs::path& cloud_ply, double min_confidence) {
   if (!fs::exists(cloud_ply))
@@ -59,7 +58,8 @@ TriangleMesh SurfaceOf(const std::vector<CloudPoint>& cloud, const Workspace& wo
   for (double distance : NearestDistances(Positions(cloud), mesh.vertices))
     far.push_back(distance > options.trim_cells * summary.cell);
   if (options.refinement.masks) {
-    const std::vector<bool> outside = OutsideOfMasks(mesh.vertices, workspace, kMaskMargin, progress);
+    const std::vector<bool> outside =
+        OutsideOfMasks(mesh.vertices, workspace, options.silhouette_margin_px, progress);
     for (std::size_t i = 0; i < far.size(); ++i) far[i] = far[i] || outside[i];
   }
   ClosingCounts counts;
@@ -106,6 +106,8 @@ OptionTable Table(MeshOptions& o) {
        "Refinement divides triangles until their edges are this long in the pictures; 0: it does not", "px",
        0, 1000},
       {"faces", &o.faces, "Triangles of the mesh at most; 0: as many as it has", "", 0, 1e9},
+      {"silhouette-margin", &o.silhouette_margin_px,
+       "Surface outside of two views' masks by more than this is a gap, too", "px", 0, 100},
   };
   const OptionTable refinement = Table(o.refinement);
   table.insert(table.end(), refinement.begin(), refinement.end());
@@ -170,14 +172,17 @@ MeshSummary MakeMesh(const fs::path& cloud_ply, const fs::path& dense, const fs:
   const Workspace workspace = ReadWorkspace(dense);
   MeshOptions helping = options;
   helping.refinement.polarization =
-      options.refinement.polarization && AopTells(workspace, options.refinement.masks);
+      options.refinement.polarization &&
+      AopTells(workspace, options.refinement.masks, options.refinement.aop_noise_deg);
   MeshSummary summary;
   TriangleMesh mesh = MakeSurface(cloud, workspace, helping, summary, progress).mesh;
   if (options.faces > 0 && mesh.triangles.size() > std::size_t(options.faces))
     mesh = Simplify(mesh, options.faces);
   summary.vertices = mesh.vertices.size(), summary.faces = mesh.triangles.size();
   summary.closed = BorderLoops(mesh.triangles).empty();
-  WriteMeshFile(mesh_ply, DressMesh(mesh, cloud, summary.cell, options.trim_cells * summary.cell));
+  SurfaceMesh dressed = DressMesh(mesh, cloud, summary.cell, options.trim_cells * summary.cell);
+  dressed.offset = workspace.offset;
+  WriteMeshFile(mesh_ply, dressed);
   return summary;
 }
 

@@ -20,6 +20,7 @@ struct MeshOptions {
   double close = 0.2;
   double min_piece = 0.01;
   double edge_px = 1.5;
+  double silhouette_margin_px = 2;
   int faces = 0;
   RefineOptions refinement;
 };

@@ -39,7 +39,8 @@ bool MaySee(const DenseView& view, const SurfacePoint& point) {
 }  // namespace
 
 std::vector<int> OverlappingViews(const Workspace& workspace, int reference, const ViewMaps& maps,
-                                  const std::vector<bool>& usable, int limit) {
+                                  const std::vector<bool>& usable, const std::vector<int>& places,
+                                  int limit) {
   const std::vector<SurfacePoint> points = SomePoints(maps);
   std::vector<std::pair<long, int>> ranked;  // (-points seen, view)
   for (int i = 0; i < int(workspace.views.size()); ++i) {
@@ -49,10 +50,21 @@ std::vector<int> OverlappingViews(const Workspace& workspace, int reference, con
     if (seen > 0) ranked.emplace_back(-seen, i);
   }
   std::ranges::sort(ranked);
+  std::vector<bool> taken(workspace.views.size());
+  taken[std::size_t(places[std::size_t(reference)])] = true;
+  std::vector<std::pair<long, int>> others;  // from places that are there already
+  std::erase_if(ranked, [&](const auto& entry) {
+    const auto place = std::size_t(places[std::size_t(entry.second)]);
+    const bool again = taken[place];
+    if (again) others.push_back(entry);
+    taken[place] = true;
+    return again;
+  });
+  ranked.insert(ranked.end(), others.begin(), others.end());
   ranked.resize(std::min(ranked.size(), std::size_t(limit)));
   std::vector<int> views;
   for (const auto& [rank, view] : ranked) views.push_back(view);
-  std::ranges::sort(views);
+  std::ranges::sort(views, {}, [&](int view) { return std::pair(places[std::size_t(view)], view); });
   return views;
 }
 

@@ -47,6 +47,8 @@ bool UsesAop(const Workspace& workspace, const RefineOptions& options) {
 Shown Show(const TriangleMesh& mesh, const Workspace& workspace, const RefineOptions& options,
            Progress& progress) {
   constexpr std::size_t kAtOnce = 4;
+  StereoOptions evidence;
+  evidence.aop_noise_deg = options.aop_noise_deg;
   const std::size_t views = workspace.views.size();
   const bool polarized = UsesAop(workspace, options), textured = options.photometric > 0;
   std::vector<std::vector<bool>> visible = VisibleVertices(mesh, workspace, progress);
@@ -58,7 +60,7 @@ Shown Show(const TriangleMesh& mesh, const Workspace& workspace, const RefineOpt
       progress.Check();
       const StokesImage stokes = ReadViewLight(workspace, int(begin) + i);
       if (textured) grays[begin + std::size_t(i)] = Quantised(MakeGray(stokes.s0, 1));
-      if (polarized) polar[std::size_t(i)] = MakePolarSamples(stokes, {});
+      if (polarized) polar[std::size_t(i)] = MakePolarSamples(stokes, evidence);
     });
     for (std::size_t i = 0; polarized && i < polar.size(); ++i)
       AddAopConstraints(mesh, workspace.views[begin + i], polar[i], visible[begin + i], aop);
@@ -133,6 +135,7 @@ OptionTable Table(RefineOptions& o) {
       {"refine-outline", &o.outline, "Weight of the masks' outlines; 0: they do not count", "", 0, 1e6},
       {"refine-photometric", &o.photometric,
        "Weight of what makes the surface look alike in all views; 0: it does not count", "", 0, 1e6},
+      {"aop-noise", &o.aop_noise_deg, "AoP noise at which evidence counts half", "deg", 0.01, 90},
       {"polarization", &o.polarization, "Use the AoP"},
       {"masks", &o.masks, "Use the masks: outlines, and no surface outside of two of them"},
   };

@@ -17,6 +17,7 @@ struct RefineOptions {
   double smoothness = 0.5;
   double outline = 0.5;
   double photometric = 1;
+  double aop_noise_deg = 5.7;
   bool polarization = true;
   bool masks = true;
 };

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 #include "core/parallel.h"
 #include "stereo/polarpms/view.h"
@@ -69,8 +71,12 @@ double Median(std::vector<double> values) {
 std::vector<bool> OutsideOfMasks(const std::vector<Eigen::Vector3d>& points, const Workspace& workspace,
                                  double margin_px, Progress& progress) {
   constexpr int kWitnesses = 2;
-  std::vector<int> witnesses(points.size(), 0);
-  for (int i = 0; i < int(workspace.views.size()); ++i) {
+  const std::vector<int> places = Places(workspace.views);
+  std::vector<int> order(places.size());  // views of one place one after the other
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, {}, [&](int view) { return places[std::size_t(view)]; });
+  std::vector<int> witnesses(points.size(), 0), last(points.size(), -1);  // places; the last of them
+  for (const int i : order) {
     progress.Check();
     const Image<std::uint8_t> mask = ReadViewMask(workspace, i);
     if (mask.empty()) continue;
@@ -82,7 +88,8 @@ std::vector<bool> OutsideOfMasks(const std::vector<Eigen::Vector3d>& points, con
       if (p.z() <= 0) continue;
       const Eigen::Vector2d at = view.camera.Project(p);
       const int x = int(std::floor(at.x())), y = int(std::floor(at.y()));
-      witnesses[k] += wide.Contains(x, y) ? !wide(x, y) : whole;
+      if (wide.Contains(x, y) ? wide(x, y) != 0 : !whole) continue;
+      witnesses[k] += std::exchange(last[k], places[std::size_t(i)]) != places[std::size_t(i)];
     }
   }
   std::vector<bool> outside;

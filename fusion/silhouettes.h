@@ -12,9 +12,9 @@
 
 namespace polarscan {
 
-// Points that lie outside of the masks of at least two views, by more than `margin_px`. What a picture does
-// not show counts where its mask keeps clear of the border by that, so that the picture shows all of the
-// object.
+// Points that lie outside of the masks of views from two places or more, by more than `margin_px`. What a
+// picture does not show counts where its mask keeps clear of the border by that, so that the picture shows
+// all of the object.
 std::vector<bool> OutsideOfMasks(const std::vector<Eigen::Vector3d>& points, const Workspace& workspace,
                                  double margin_px, Progress& progress);
 

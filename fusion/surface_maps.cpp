@@ -68,13 +68,14 @@ RefineOptions RefinementBy(const StereoOptions& options) {
   RefineOptions refinement;
   refinement.polarization = options.polarization;
   refinement.masks = options.masks;
+  refinement.aop_noise_deg = options.aop_noise_deg;
   return refinement;
 }
 
 // Without polarization where it is nothing but noise, without surfaces where nothing could refine one.
 StereoOptions WithWhatHelps(const Workspace& workspace, StereoOptions options) {
   if (options.polarization && options.polarization_evidence == "noise" && workspace.polarized)
-    options.polarization = AopTells(workspace, options.masks);
+    options.polarization = AopTells(workspace, options.masks, options.aop_noise_deg);
   if (options.schedule != "checkerboard" || !CanRefine(workspace, RefinementBy(options)))
     options.surfaces = 0;
   return options;
@@ -95,6 +96,7 @@ Drawn CommonSurface(const Workspace& workspace, const std::string& kind, const S
   if (meshing.depth > kFinestDepth || cells > kMostCells)
     throw NothingFound("the scene is too large for one surface as fine as its pictures", workspace.folder);
   meshing.refinement = RefinementBy(options);
+  meshing.silhouette_margin_px = options.silhouette_margin_px;
   MeshSummary summary;
   CloudSurface surface = MakeSurface(cloud, workspace, meshing, summary, progress);
   return {RayCaster({std::move(surface.mesh)}), std::move(surface.far)};

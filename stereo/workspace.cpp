@@ -85,7 +85,45 @@ void CheckSize(const char* what, const Image<T>& image, const DenseView& view,
                 path.string(), kAdvice);
 }
 
+constexpr double kSamePlace = 0.005;  // of the depth
+
+double MiddleDepth(const DenseView& view) { return std::sqrt(view.depth_min * view.depth_max); }
+
 }  // namespace
+
+bool SamePlace(const DenseView& a, const DenseView& b) {
+  const double distance = (a.cam_from_world.Center() - b.cam_from_world.Center()).norm();
+  return distance < kSamePlace * std::min(MiddleDepth(a), MiddleDepth(b));
+}
+
+std::vector<int> Places(const std::vector<DenseView>& views) {
+  std::vector<int> places, firsts;
+  for (int i = 0; i < int(views.size()); ++i) {
+    const auto first = std::ranges::find_if(
+        firsts, [&](int f) { return SamePlace(views[std::size_t(f)], views[std::size_t(i)]); });
+    places.push_back(first == firsts.end() ? i : *first);
+    if (first == firsts.end()) firsts.push_back(i);
+  }
+  return places;
+}
+
+double NeighbourAngle(const std::vector<DenseView>& views) {
+  std::vector<double> angles;
+  for (const DenseView& view : views) {
+    const Eigen::Vector3d ray = view.camera.Ray(view.camera.width / 2., view.camera.height / 2.);
+    const Eigen::Vector3d middle = view.cam_from_world.Inverse() * Eigen::Vector3d(MiddleDepth(view) * ray);
+    double nearest = 360;
+    for (const DenseView& other : views)
+      if (!SamePlace(view, other))
+        nearest = std::min(nearest, AngleDegrees(view.cam_from_world.Center() - middle,
+                                                 other.cam_from_world.Center() - middle));
+    if (nearest < 360) angles.push_back(nearest);
+  }
+  if (angles.empty()) return 0;
+  const auto median = angles.begin() + std::ptrdiff_t(angles.size() / 2);
+  std::ranges::nth_element(angles, median);
+  return *median;
+}
 
 std::string ViewName(const std::string& picture) {
   return std::filesystem::path(picture).replace_extension().string();
@@ -106,6 +144,8 @@ Workspace ReadWorkspace(const std::filesystem::path& folder) {
     if (value.at("format") != kFormat)
       throw Error("a dense workspace of another version", path.string(), kAdvice);
     workspace.polarized = value.at("polarized");
+    if (value.contains("offset"))
+      for (int i = 0; i < 3; ++i) workspace.offset[i] = value.at("offset").at(std::size_t(i));
     for (const json& view : value.at("views")) workspace.views.push_back(ViewFromJson(view));
   } catch (const json::exception& problem) {
     throw Error(fmt::format("damaged list of views ({})", problem.what()), path.string(), kAdvice);
@@ -132,7 +172,7 @@ Workspace ChosenViews(const Workspace& workspace, const std::string& names) {
                               workspace.views.front().name.substr(1)));
   }
   std::vector<int> place(chosen.size(), -1);
-  Workspace part{workspace.folder, {}, workspace.polarized};
+  Workspace part{workspace.folder, {}, workspace.polarized, workspace.offset};
   for (std::size_t i = 0; i < chosen.size(); ++i)
     if (chosen[i]) place[i] = int(part.views.size()), part.views.push_back(workspace.views[i]);
   if (part.views.size() < 2) throw Error("stereo needs two views at least", names);
@@ -146,8 +186,10 @@ Workspace ChosenViews(const Workspace& workspace, const std::string& names) {
 void WriteWorkspace(const Workspace& workspace) {
   json views = json::array();
   for (const DenseView& view : workspace.views) views.push_back(ToJson(view));
-  WriteJson(workspace.folder / "views.json",
-            {{"format", kFormat}, {"polarized", workspace.polarized}, {"views", views}});
+  json value = {{"format", kFormat}, {"polarized", workspace.polarized}, {"views", views}};
+  const Eigen::Vector3d& offset = workspace.offset;
+  if (!offset.isZero(0)) value["offset"] = {offset.x(), offset.y(), offset.z()};
+  WriteJson(workspace.folder / "views.json", value);
 }
 
 StokesImage ReadViewLight(const Workspace& workspace, int view) {

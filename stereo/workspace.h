@@ -51,8 +51,9 @@ std::string ViewName(const std::string& picture);
 
 struct Workspace {
   std::filesystem::path folder;
-  std::vector<DenseView> views;  // sorted by name
-  bool polarized = false;        // false: plain photos, S1 = S2 = 0 everywhere
+  std::vector<DenseView> views;                      // sorted by name
+  bool polarized = false;                            // false: plain photos, S1 = S2 = 0 everywhere
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // added to coordinates: those of the given poses
 
   // Below images/; the maps are named after it.
   std::string PictureName(int view) const {
@@ -72,6 +73,16 @@ struct Workspace {
     return folder / "stereo/normal_maps" / (PictureName(view) + "." + kind + ".bin");
   }
 };
+
+// Whether two views were taken from one place: their centres are within 0.5 % of the depth that they look at
+// (0.3 degrees between their rays; structure from motion errs by less), so that together they tell no depth
+// and bear witness once. False where a view has no depth range.
+bool SamePlace(const DenseView& a, const DenseView& b);
+// For each view the first view that was taken from its place: itself, if none was before it.
+std::vector<int> Places(const std::vector<DenseView>& views);
+// The median angle, degrees, between a view and the nearest one from another place, as seen from what it
+// looks at (the middle of its depths). 0 for fewer than two places.
+double NeighbourAngle(const std::vector<DenseView>& views);
 
 // Reads views.json. Throws Error if the folder holds no workspace of ours or a damaged one.
 Workspace ReadWorkspace(const std::filesystem::path& folder);

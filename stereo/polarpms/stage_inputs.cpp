@@ -74,10 +74,16 @@ Problem VotersProblem(const Workspace& workspace, int view, const StereoOptions&
     if (other != view && angle <= options.vote_angle_deg) voters.emplace_back(angle, other);
   }
   std::ranges::sort(voters);
-  if (voters.size() > std::size_t(options.vote_views)) voters.resize(std::size_t(options.vote_views));
   Problem problem{&reference, {}, float(own.depth_min), float(own.depth_max), view};
-  for (const auto& [angle, other] : voters)
+  std::vector<int> heard = {view};
+  for (const auto& [angle, other] : voters) {
+    const DenseView& voter = workspace.views[std::size_t(other)];
+    if (heard.size() > std::size_t(options.vote_views)) break;
+    if (std::ranges::any_of(heard, [&](int v) { return SamePlace(voter, workspace.views[std::size_t(v)]); }))
+      continue;
+    heard.push_back(other);
     problem.sources.push_back(MakeSource(reference, views.Get(other), maps.Get(other)));
+  }
   return problem;
 }
 

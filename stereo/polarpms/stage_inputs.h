@@ -21,7 +21,8 @@ Problem MakeProblem(const Workspace& workspace, int view, const StereoOptions& o
                     const StereoView& reference, Cache<StereoView>& views, Cache<DepthNormalMap>* maps);
 
 // The view with all that vote for its depths (options.vote_angle_deg, vote_views), with their maps: those
-// whose direction to the middle of this view's scene differs least, nearest first.
+// whose direction to the middle of this view's scene differs least, nearest first; one of each place
+// (SamePlace), and none of the view's own.
 Problem VotersProblem(const Workspace& workspace, int view, const StereoOptions& options,
                       const StereoView& reference, Cache<StereoView>& views, Cache<DepthNormalMap>& maps);
 

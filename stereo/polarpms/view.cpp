@@ -115,14 +115,16 @@ Image<PolarSample> MakePolarSamples(const StokesImage& stokes, const StereoOptio
   return samples;
 }
 
-bool AopTells(const Workspace& workspace, bool masks) {
+bool AopTells(const Workspace& workspace, bool masks, double aop_noise_deg) {
   constexpr float kSure = 0.5f;
   constexpr double kLeastShare = 0.01;
   if (!workspace.polarized) return false;
+  StereoOptions options;
+  options.aop_noise_deg = aop_noise_deg;
   std::size_t sure = 0, all = 0;
   const int count = int(workspace.views.size()), step = (count + 7) / 8;
   for (int view = 0; view < count; view += step) {
-    const Image<PolarSample> samples = MakePolarSamples(ReadViewLight(workspace, view), StereoOptions());
+    const Image<PolarSample> samples = MakePolarSamples(ReadViewLight(workspace, view), options);
     const Image<std::uint8_t> mask = masks ? ReadViewMask(workspace, view) : Image<std::uint8_t>();
     for (std::size_t i = 0; i < samples.size(); ++i) {
       if (!mask.empty() && !mask.pixels()[i]) continue;

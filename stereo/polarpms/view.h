@@ -49,9 +49,9 @@ Image<float> MakeGray(const Image<float>& s0, float scale);
 Image<PolarSample> MakePolarSamples(const StokesImage& stokes, const StereoOptions& options);
 
 // Whether the set's AoP say anything: of the pixels of at most eight views, inside the masks where they
-// count, one in a hundred is surer than half. Of noise none is: its weight would need a DoP of seven times
-// the noise.
-bool AopTells(const Workspace& workspace, bool masks);
+// count, one in a hundred is surer than half. Of noise none is: with the usual aop_noise_deg its weight would
+// need a DoP of seven times the noise.
+bool AopTells(const Workspace& workspace, bool masks, double aop_noise_deg = StereoOptions().aop_noise_deg);
 
 // The view, its size halved so often: means of 2x2 pixels (an odd last row or column is left out); a pixel is
 // invalid if one of the four is, and in the mask if one of the four is.

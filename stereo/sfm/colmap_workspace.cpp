@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "stereo/sfm/dense_views.h"
 #include "stereo/sfm/model.h"
+#include "stereo/sfm/scene.h"
 
 namespace polarscan {
 namespace {
@@ -47,11 +48,13 @@ bool IsColmapWorkspace(const fs::path& folder) {
 }
 
 void AdoptColmapWorkspace(const fs::path& folder, Progress& progress) {
-  const SparseModel model = ReadSparseModel(ModelFolder(folder));
-  Workspace workspace{folder, {}, false};
+  SparseModel model = ReadSparseModel(ModelFolder(folder));
+  MoveToLocalFrame(model, progress);
+  Workspace workspace{folder, {}, false, model.offset};
   for (const auto& [id, image] : model.images) workspace.views.push_back(MakeView(folder, model, image));
   std::ranges::sort(workspace.views, {}, &DenseView::name);
   RequireDifferentNames(workspace);
+  LeaveOutCopies(model, workspace, progress);
   std::vector<CoarseMask> masks;
   for (int i = 0; i < int(workspace.views.size()); ++i) {
     progress.Check();

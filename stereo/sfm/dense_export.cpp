@@ -91,6 +91,7 @@ SparseModel ColmapSparse(const Workspace& workspace, const SparseModel& model) {
   std::map<std::string, const ColmapImage*> images;
   for (const auto& [id, image] : model.images) images[image.name] = &image;
   SparseModel sparse;
+  sparse.offset = model.offset;
   for (const DenseView& view : workspace.views) {
     const auto found = images.find(view.name + ".png");
     if (found == images.end())

@@ -78,6 +78,7 @@ SparseModel SelectKnownPoses(const SparseModel& given, const std::vector<View>& 
                              const std::string& where) {
   const NamedImages images = ImagesByName(given);
   SparseModel kept;
+  kept.offset = given.offset;
   for (const View& view : views) {
     const ColmapImage* found = ImageOf(view.name, images, where);
     if (!found) continue;

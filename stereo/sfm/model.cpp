@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <sstream>
 
 #include "core/error.h"
+#include "core/files.h"
 #include "stereo/sfm/model_files.h"
 
 namespace polarscan {
@@ -54,7 +56,31 @@ SparseModel ReadSparseModel(const std::filesystem::path& folder) {
                 "Give the folder that holds cameras, images and points3D");
   SparseModel model = binary ? ReadBinaryModel(folder) : ReadTextModel(folder);
   CheckReferences(model, folder);
+  model.offset = ReadOffset(folder);
   return model;
+}
+
+Eigen::Vector3d ReadOffset(const std::filesystem::path& folder) {
+  const std::filesystem::path path = folder / "offset.txt";
+  if (!std::filesystem::exists(path)) return Eigen::Vector3d::Zero();
+  std::istringstream text(ReadFile(path));
+  Eigen::Vector3d offset;
+  if (!(text >> offset.x() >> offset.y() >> offset.z()) || !offset.allFinite())
+    throw Error("this holds no offset: three numbers, x y z", path.string(),
+                "Write them, or remove the file if the coordinates are those that you want");
+  return offset;
+}
+
+void WriteOffset(const std::filesystem::path& folder, const Eigen::Vector3d& offset) {
+  if (offset.isZero(0)) return;
+  WriteFileAtomically(folder / "offset.txt", fmt::format("{} {} {}\n", offset.x(), offset.y(), offset.z()));
+}
+
+void MoveOrigin(SparseModel& model, const Eigen::Vector3d& origin) {
+  for (auto& [id, image] : model.images)
+    image.cam_from_world.translation += image.cam_from_world.rotation * origin;
+  for (auto& [id, point] : model.points) point.position -= origin;
+  model.offset += origin;
 }
 
 }  // namespace polarscan

@@ -45,13 +45,22 @@ struct SparseModel {
   std::map<std::uint32_t, ColmapCamera> cameras;
   std::map<std::uint32_t, ColmapImage> images;
   std::map<std::uint64_t, ColmapPoint> points;
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // added to coordinates: those of the given poses
 };
 
 // Reads cameras/images/points3D, binary if cameras.bin is there, else text; points3D may be missing (no
-// points). Counts are checked against the file sizes. Throws Error on damage, naming the file.
+// points), and offset.txt (0). Counts are checked against the file sizes. Throws Error on damage, naming the
+// file.
 SparseModel ReadSparseModel(const std::filesystem::path& folder);
 void WriteSparseModelText(const std::filesystem::path& folder, const SparseModel& model);
 void WriteSparseModelBinary(const std::filesystem::path& folder, const SparseModel& model);
+
+// offset.txt: one line "X Y Z". Writing 0 writes nothing, and removes nothing. Throws Error if it is damaged.
+Eigen::Vector3d ReadOffset(const std::filesystem::path& folder);
+void WriteOffset(const std::filesystem::path& folder, const Eigen::Vector3d& offset);
+
+// Counts coordinates from `origin`, and adds that to the offset.
+void MoveOrigin(SparseModel& model, const Eigen::Vector3d& origin);
 
 // The camera as a pinhole (SIMPLE_PINHOLE, PINHOLE). Throws Error for a model with distortion.
 Pinhole ToPinhole(const ColmapCamera& camera);

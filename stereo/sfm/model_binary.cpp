@@ -138,6 +138,7 @@ void WriteSparseModelBinary(const std::filesystem::path& folder, const SparseMod
   WriteFileAtomically(folder / "cameras.bin", cameras);
   WriteFileAtomically(folder / "images.bin", images);
   WriteFileAtomically(folder / "points3D.bin", points);
+  WriteOffset(folder, model.offset);
 }
 
 }  // namespace polarscan

@@ -147,6 +147,7 @@ void WriteSparseModelText(const std::filesystem::path& folder, const SparseModel
   WriteFileAtomically(folder / "cameras.txt", cameras);
   WriteFileAtomically(folder / "images.txt", images);
   WriteFileAtomically(folder / "points3D.txt", points);
+  WriteOffset(folder, model.offset);
 }
 
 }  // namespace polarscan

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereo/sfm/scene.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <limits>
 #include <map>
+
+#include "core/similarity.h"
 
 namespace polarscan {
 namespace {
@@ -19,13 +23,14 @@ double Median(std::vector<double>& values) {
   return *middle;
 }
 
-// Median distance from a camera to the next one; 1 if all stand at one place.
+// Median distance from a camera to the next one elsewhere; 1 if all stand at one place.
 double UsualBaseline(const std::vector<DenseView>& views) {
   std::vector<double> nearest;
   for (const DenseView& a : views) {
     double least = std::numeric_limits<double>::infinity();
     for (const DenseView& b : views)
-      if (&a != &b) least = std::min(least, (a.cam_from_world.Center() - b.cam_from_world.Center()).norm());
+      if (const double d = (a.cam_from_world.Center() - b.cam_from_world.Center()).norm(); d > 0)
+        least = std::min(least, d);
     nearest.push_back(least);
   }
   const double baseline = nearest.empty() ? 0 : Median(nearest);
@@ -96,6 +101,29 @@ std::vector<double> FocusDepths(const std::vector<DenseView>& views, const std::
                                                          : guess);
   }
   return focus;
+}
+
+void MoveToLocalFrame(SparseModel& model, Progress& progress) {
+  std::vector<DenseView> views;
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  for (const auto& [id, image] : model.images) {
+    DenseView view;
+    view.name = ViewName(image.name), view.cam_from_world = image.cam_from_world;
+    views.push_back(view);
+    centre += view.cam_from_world.Center() / double(model.images.size());
+  }
+  if (views.empty()) return;
+  std::vector<double> depths = FocusDepths(views, ScenePoints(model, views));
+  double extent = Median(depths);
+  for (const DenseView& view : views)
+    extent = std::max(extent, (view.cam_from_world.Center() - centre).norm());
+  const Eigen::Vector3d origin = LocalOrigin(centre, extent);
+  if (origin.isZero(0)) return;
+  MoveOrigin(model, origin);
+  progress.Warn(fmt::format(
+      "the poses lie far from 0, where files in single precision lose detail: all results are in a local "
+      "frame; add the offset {} {} {} (scan.json, offset.txt) for the poses' coordinates",
+      model.offset.x(), model.offset.y(), model.offset.z()));
 }
 
 }  // namespace polarscan

@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/progress.h"
 #include "stereo/sfm/model.h"
 #include "stereo/workspace.h"
 
@@ -27,5 +28,9 @@ std::optional<Eigen::Vector3d> AxesIntersection(const std::vector<DenseView>& vi
 // For each view the depth of what it looks at: median of its points, else the depth of the axes'
 // intersection, else ten times the usual distance to the next camera. World units, > 0.
 std::vector<double> FocusDepths(const std::vector<DenseView>& views, const std::vector<ScenePoint>& points);
+
+// Counts the model's coordinates from a place near it, and says so, where it lies so far from 0 that files in
+// single precision would lose detail (core/similarity.h).
+void MoveToLocalFrame(SparseModel& model, Progress& progress);
 
 }  // namespace polarscan

@@ -9,6 +9,7 @@
 #include "stereo/sfm/camera_models.h"
 #include "stereo/sfm/known_poses.h"
 #include "stereo/sfm/mapping.h"
+#include "stereo/sfm/scene.h"
 #include "stereo/sfm/verdict.h"
 
 namespace polarscan {
@@ -34,6 +35,7 @@ std::string ResultHash(const fs::path& folder, const std::vector<View>& views,
 std::string ModelHash(const fs::path& folder) {
   std::uint64_t hash = 0;
   for (const char* name : {"cameras.bin", "images.bin", "points3D.bin"}) hash = HashFile(folder / name, hash);
+  if (fs::exists(folder / "offset.txt")) hash = HashFile(folder / "offset.txt", hash);
   return ToHex(hash);
 }
 
@@ -53,6 +55,7 @@ std::optional<SparseModel> ReadResult(const fs::path& folder, const std::string&
 void WriteResult(const fs::path& folder, const std::string& hash, const SparseModel& model,
                  std::size_t views) {
   fs::remove(folder / "result.json");
+  fs::remove(folder / "offset.txt");
   WriteSparseModelBinary(folder, model);
   WriteJson(folder / "result.json", {{"hash", hash},
                                      {"model", ModelHash(folder)},
@@ -173,7 +176,11 @@ SparseModel EstimatePoses(const fs::path& views_folder, const fs::path& sfm_fold
   SparseModel model;
   std::map<std::string, DatabaseImage> database;
   const fs::path log = sfm_folder / "colmap.log";
-  if (known_model) model = SelectKnownPoses(ReadSparseModel(*known_model), views, known_model->string());
+  if (known_model) {
+    model = SelectKnownPoses(ReadSparseModel(*known_model), views, known_model->string());
+    MoveToLocalFrame(model, progress);
+  }
+  const Eigen::Vector3d offset = model.offset;
   if (!known_model || options.triangulate || options.bundle_adjustment) {
     fs::remove(log);
     Colmap colmap(options.colmap, log, progress);
@@ -181,6 +188,7 @@ SparseModel EstimatePoses(const fs::path& views_folder, const fs::path& sfm_fold
                           progress};
     model = known_model ? Triangulate(mapping, model) : EstimateByColmap(mapping);
     database = ReadDatabase(mapping);
+    model.offset = offset;  // COLMAP's answer knows of none
   }
   JudgePoses(model, views, database, known_model ? 0 : options.min_registered,
              (known_model ? *known_model : log).string(), progress);

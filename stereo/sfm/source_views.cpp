@@ -79,14 +79,23 @@ std::vector<double> ScoreByPoses(const std::vector<DenseView>& views, std::size_
   return scores;
 }
 
-std::vector<int> BestOf(const std::vector<double>& scores, int most) {
-  std::vector<int> order;
+// own: the place of the view that they are for.
+std::vector<int> BestOf(const std::vector<double>& scores, const std::vector<int>& places, int own,
+                        int most) {
+  std::vector<int> order, best;
   for (std::size_t i = 0; i < scores.size(); ++i)
     if (scores[i] > 0) order.push_back(int(i));
   std::ranges::stable_sort(order,
                            [&](int a, int b) { return scores[std::size_t(a)] > scores[std::size_t(b)]; });
-  if (order.size() > std::size_t(most)) order.resize(std::size_t(most));
-  return order;
+  std::vector<bool> taken(scores.size());
+  taken[std::size_t(own)] = true;
+  for (const int view : order) {
+    const auto place = std::size_t(places[std::size_t(view)]);
+    if (taken[place] || best.size() >= std::size_t(most)) continue;
+    taken[place] = true;
+    best.push_back(view);
+  }
+  return best;
 }
 
 }  // namespace
@@ -101,12 +110,14 @@ std::vector<std::vector<int>> ChooseSources(const std::vector<DenseView>& views,
                                             const std::vector<ScenePoint>& points, int most) {
   const Pairs pairs = ScorePairsByPoints(views, points);
   const std::vector<double> focus = FocusDepths(views, points);
+  const std::vector<int> places = Places(views);
   const auto wanted = std::min<std::ptrdiff_t>(kPartners, std::ptrdiff_t(views.size()) - 1);
   std::vector<std::vector<int>> sources;
   for (std::size_t i = 0; i < views.size(); ++i) {
     const auto partners =
         std::ranges::count_if(pairs.shared[i], [](int count) { return count >= kSharedPoints; });
-    sources.push_back(BestOf(partners >= wanted ? pairs.score[i] : ScoreByPoses(views, i, focus[i]), most));
+    sources.push_back(BestOf(partners >= wanted ? pairs.score[i] : ScoreByPoses(views, i, focus[i]), places,
+                             places[i], most));
   }
   return sources;
 }

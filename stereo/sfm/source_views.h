@@ -13,7 +13,8 @@ double AngleScore(double angle_deg);
 // For each view up to `most` others to match it with, best first. Where a view shares enough sparse points
 // with others, the score is the sum of AngleScore over the shared points; else (objects without texture) it
 // comes from the poses: AngleScore at the place the view looks at, times the share of its picture, at that
-// depth, that the other sees. Deterministic: equal scores are ordered by index.
+// depth, that the other sees. Of views from one place (SamePlace) one at most, and none from the view's own.
+// Deterministic: equal scores are ordered by index.
 std::vector<std::vector<int>> ChooseSources(const std::vector<DenseView>& views,
                                             const std::vector<ScenePoint>& points, int most = 20);
 

@@ -103,7 +103,7 @@ Image<std::uint8_t> UndistortMask(const Task& task, const fs::path& to) {
 
 // The workspace's views, sorted by name, without sources and depths.
 Workspace PlanViews(const SparseModel& model, const fs::path& dense, const std::vector<Task>& tasks) {
-  Workspace workspace{dense, {}, false};
+  Workspace workspace{dense, {}, false, model.offset};
   std::map<std::string, const ColmapImage*> images;
   for (const auto& [id, image] : model.images) images[fs::path(image.name).stem().string()] = &image;
   for (const Task& task : tasks)
@@ -146,6 +146,10 @@ void Undistort(const fs::path& views, const SparseModel& model, const fs::path& 
     tasks.push_back(MakeTask(model, image, views, options.max_image_size));
   std::ranges::sort(tasks, {}, &Task::name);
   Workspace workspace = PlanViews(model, dense, tasks);
+  LeaveOutCopies(model, workspace, progress);
+  std::erase_if(tasks, [&](const Task& task) {
+    return !std::ranges::binary_search(workspace.views, task.name, {}, &DenseView::name);
+  });
   ClearFolder(dense);
 
   std::vector<CoarseMask> masks(tasks.size());

@@ -187,5 +187,44 @@ TEST(ReportMesh, ThatIsDamagedIsNamedAndStopsNothing) {
   EXPECT_FALSE(data.at("cloud").is_null());
 }
 
+// What a stage of a toy scan counted.
+void SetCounts(const fs::path& scan, const char* stage, const json& counts) {
+  json state = ReadJson(scan / "scan.json");
+  state["stages"][stage]["counts"] = counts;
+  WriteJson(scan / "scan.json", state);
+}
+
+TEST(Findings, AResultInPiecesIsSaidAndPolarizationIsNotPraisedForIt) {
+  TemporaryFolder folder;
+  WriteToyScan(folder / "scan", 6);
+  EXPECT_TRUE(FindingsOf(ReportData(folder / "scan"), "agreement").empty());
+  SetCounts(
+      folder / "scan", "fusion",
+      {{"pixels", {{"with_depth", 1000}, {"masked", 0}, {"too_few_views", 720}}}, {"neighbour_deg", 60.2}});
+  SetCounts(folder / "scan", "mesh", {{"pieces_dropped", 215}});
+  const json data = ReportData(folder / "scan");
+  const auto pieces = FindingsOf(data, "agreement");
+  ASSERT_EQ(pieces.size(), 1u);
+  EXPECT_FALSE(pieces[0].value("good", false));
+  for (const char* said : {"72 %", "60 degrees apart", "Take more in between", "215 loose pieces"})
+    EXPECT_NE(pieces[0].dump().find(said), std::string::npos) << said << ": " << pieces[0];
+  for (const json& finding : FindingsOf(data, "polarization")) EXPECT_FALSE(finding.value("good", false));
+}
+
+TEST(Findings, AnglesThatDoNotFitTheShapeAreSaidAndNotPraised) {
+  TemporaryFolder folder;
+  WriteToyScan(folder / "scan", 6);
+  SetCounts(
+      folder / "scan", "stereo",
+      {{"angles", {{"wrong", true}, {"advice", "they do not fit. Run again with --aop-sense clockwise"}}}});
+  const json data = ReportData(folder / "scan");
+  const auto angles = FindingsOf(data, "angles");
+  ASSERT_EQ(angles.size(), 1u);
+  EXPECT_NE(
+      angles[0].at("text").get<std::string>().find("They do not fit. Run again with --aop-sense clockwise"),
+      std::string::npos);
+  for (const json& finding : FindingsOf(data, "polarization")) EXPECT_FALSE(finding.value("good", false));
+}
+
 }  // namespace
 }  // namespace polarscan::test

@@ -2,6 +2,7 @@
 // The whole program on a small simulated set with known poses: what it makes, what it skips, and what it
 // keeps when it is killed. Options are chosen for speed, not for quality; the bounds are those of a coarse
 // but right reconstruction.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -15,6 +16,7 @@
 
 #include "core/files.h"
 #include "core/mesh.h"
+#include "core/ply.h"
 #include "core/random.h"
 #include "program.h"
 #include "stereo/sfm/alignment.h"
@@ -473,6 +475,74 @@ TEST_F(Pipeline, APresetIsTakenWholeAndWhatElseIsGivenGoesOnTop) {
   EXPECT_EQ(options["closed-form-normals"], false);
   EXPECT_EQ(options["photometric-iterations"], 1);  // given
   EXPECT_EQ(options["polarization"], false);        // given
+}
+
+// A layout with 45 and 135 exchanged counts the angles the other way.
+TEST_F(Pipeline, AWrongLayoutIsNamedWithItsCureAndARightOneIsNot) {
+  ASSERT_EQ(Simulate(Folder("ball.ply"), Folder("input"), "30:16", 128, 112).exit_code, 0);
+  for (const auto& [layout, cure] : {std::pair{"90 45 / 135 0", ""}, {"90 135 / 45 0", "90 45 / 135 0"}}) {
+    const fs::path scan = Folder(*cure ? "wrong" : "right");
+    const Outcome outcome = RunPolarscan({"reconstruct", Folder("input").string(), "-o", scan.string(),
+                                          "--preset", "fast", "--no-mesh", "--layout", layout});
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const json state = ReadJson(scan / "scan.json");
+    EXPECT_EQ(state.at(json::json_pointer("/stages/stereo/counts/angles/wrong")), *cure != 0)
+        << state.at(json::json_pointer("/stages/stereo/counts"));
+    const bool said = state.at("warnings").dump().find("do not fit the shape") != std::string::npos;
+    EXPECT_EQ(said, *cure != 0);
+    if (*cure) EXPECT_NE(state.at("warnings").dump().find(cure), std::string::npos) << state.at("warnings");
+  }
+}
+
+TEST_F(Pipeline, PosesFarFrom0GiveTheSameCloudInALocalFrameWithItsOffset) {
+  const Eigen::Vector3d far_off(500000, 5400000, 300);
+  fs::copy(Input(), Folder("far"), fs::copy_options::recursive);
+  SparseModel model = ReadSparseModel(Input() / "sparse");
+  MoveOrigin(model, -far_off);
+  model.offset = Eigen::Vector3d::Zero();
+  fs::remove_all(Folder("far") / "sparse");
+  WriteSparseModelText(Folder("far") / "sparse", model);
+  const std::vector<std::string> more = {"--photometric-iterations", "2"};
+  ASSERT_EQ(RunPolarscan(Command(Folder("near scan"), more)).exit_code, 0);
+  const Outcome outcome = RunPolarscan(Command(Folder("far scan"), more, Folder("far")));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const json state = ReadJson(Folder("far scan") / "scan.json");
+  EXPECT_EQ(state.at("offset"), json({500000.0, 5400000.0, 300.0}));
+  EXPECT_NE(state.at("warnings").dump().find("500000 5400000 300"), std::string::npos);
+  EXPECT_FALSE(ReadJson(Folder("near scan") / "scan.json").contains("offset"));
+  EXPECT_EQ(ReadFile(Folder("far scan") / "offset.txt"), "500000 5400000 300\n");
+  EXPECT_EQ(ReadFile(Folder("far scan") / "dense/sparse/offset.txt"), "500000 5400000 300\n");
+  EXPECT_EQ(ReadPlyOffset(Folder("far scan") / "mesh.ply"), far_off);
+  PlyElement a = ReadPly(Folder("near scan") / "cloud.ply").at("vertex"),
+             b = ReadPly(Folder("far scan") / "cloud.ply").at("vertex");
+  EXPECT_NEAR(double(b.count), double(a.count), 0.02 * double(a.count));
+  for (const char* axis : {"x", "y", "z"}) {  // the last digits of the poses differ, and so may a few points
+    std::vector<double>&va = a.columns[axis], &vb = b.columns[axis];
+    std::ranges::sort(va);
+    std::ranges::sort(vb);
+    for (const double q : {0.02, 0.25, 0.5, 0.75, 0.98})
+      EXPECT_NEAR(va[std::size_t(q * double(va.size()))], vb[std::size_t(q * double(vb.size()))], 0.01)
+          << axis;
+  }
+  // The truth in the poses' coordinates, in double precision: the same errors as at 0.
+  const TriangleMesh ball = Ball();
+  const auto error = [&](const std::string& scan, const Eigen::Vector3d& shift) {
+    std::string ply = fmt::format(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double "
+        "z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        ball.vertices.size(), ball.triangles.size());
+    for (const Eigen::Vector3d& v : ball.vertices)
+      ply += fmt::format("{} {} {}\n", v.x() + shift.x(), v.y() + shift.y(), v.z() + shift.z());
+    for (const auto& t : ball.triangles) ply += fmt::format("3 {} {} {}\n", t[0], t[1], t[2]);
+    WriteFileAtomically(Folder("truth.ply"), ply);
+    const Outcome evaluated = RunPolarscan(
+        {"--json", "evaluate", Folder(scan).string(), "--truth", Folder("truth.ply").string(), "--no-maps"});
+    EXPECT_EQ(evaluated.exit_code, 0) << evaluated.err;
+    return json::parse(evaluated.out).at("cloud").at("accuracy").at("median").get<double>();
+  };
+  const double here = error("near scan", {0, 0, 0}), there = error("far scan", far_off);
+  EXPECT_LT(here, 0.1);
+  EXPECT_NEAR(there, here, 0.1 * here);
 }
 
 }  // namespace

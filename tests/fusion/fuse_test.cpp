@@ -325,5 +325,87 @@ TEST(Fusion, StopsWhenCancelled) {
   EXPECT_FALSE(fs::exists(folder.path() / "cloud.ply"));
 }
 
+// The workspace with each view a second time, from the same place but for what poses err by.
+Workspace Twice(const Workspace& once) {
+  Workspace twice = once;
+  twice.views.clear();
+  for (DenseView view : once.views) {
+    view.sources.clear();
+    twice.views.push_back(view);
+    view.name += "b";
+    view.cam_from_world.translation += Eigen::Vector3d(2e-3, -1e-3, 2e-3);
+    twice.views.push_back(view);
+  }
+  return twice;
+}
+
+TEST(Fusion, AgreementIsCountedByPlacesAndNotByPictures) {
+  for (const int places : {2, 5}) {
+    TemporaryFolder folder;
+    const Workspace workspace = Twice(SphereWorkspace(folder.path(), places));
+    WriteSphere(workspace);
+    Listener listener;
+    FuseCloud(workspace, folder.path() / "cloud.ply", {}, listener);
+    for (const double views : ReadCloud(folder.path() / "cloud.ply").vertex.columns["views"]) {
+      ASSERT_LE(views, places);
+      ASSERT_GE(views, std::min(places, 3));
+    }
+    EXPECT_EQ(listener.warnings.find("only 2 views") != std::string::npos, places == 2) << listener.warnings;
+  }
+}
+
+TEST(Fusion, ASecondWitnessFromThePlaceOfTheFirstSecuresNothing) {
+  TemporaryFolder folder;
+  const Workspace workspace = Twice(SphereWorkspace(folder.path(), 3));
+  // Views 0 and 1 stand at one place and agree on a depth that no other view sees.
+  WriteSphere(workspace, [](int view, SphereMaps& maps) {
+    if (view < 2)
+      for (float& depth : maps.depth.pixels()) depth *= 0.8f;
+  });
+  FusionOptions options;
+  options.min_views = 2;
+  Listener listener;
+  FuseCloud(workspace, folder.path() / "cloud.ply", options, listener);
+  for (const Eigen::Vector3d& p : ReadCloud(folder.path() / "cloud.ply").positions)
+    ASSERT_NEAR(p.norm(), 1, 0.02);
+}
+
+TEST(Fusion, ViewsTooFarApartAreSaidWithTheirAngleAndNeighboursAreNot) {
+  TemporaryFolder folder;
+  Workspace workspace = SphereWorkspace(folder.path(), 18);
+  WriteSphere(workspace);
+  Listener listener;
+  const auto words = [&] {
+    return FewAgree(ToJson(FuseCloud(workspace, folder.path() / "cloud.ply", {}, listener)), 3);
+  };
+  EXPECT_EQ(words(), "");
+  for (int view = 17; view >= 0; --view)
+    if (view % 3 != 0) workspace.views.erase(workspace.views.begin() + view);
+  for (DenseView& view : workspace.views) view.sources.clear();
+  const std::string few = words();
+  EXPECT_NE(few.find("Take more in between"), std::string::npos) << few;
+  const double angle = NeighbourAngle(workspace.views);
+  EXPECT_NEAR(angle, 62, 4);
+  EXPECT_NE(few.find(fmt::format("{:.0f} degrees apart", angle)), std::string::npos) << few;
+}
+
+TEST(Fusion, ALocalFrameIsSaidInTheCloudAndBesideItAndChangesNoPoint) {
+  TemporaryFolder folder;
+  Workspace workspace = SphereWorkspace(folder.path(), 4);
+  WriteSphere(workspace);
+  Listener listener;
+  const fs::path cloud = folder.path() / "cloud.ply";
+  FuseCloud(workspace, cloud, {}, listener);
+  const auto before = ReadCloud(cloud).positions;
+  EXPECT_FALSE(fs::exists(folder.path() / "offset.txt"));
+  EXPECT_EQ(ReadPlyOffset(cloud), Eigen::Vector3d(0, 0, 0));
+  workspace.offset = {500000.25, 5400000, -300};
+  WriteWorkspace(workspace);
+  FuseCloud(folder.path(), cloud, {}, listener);
+  EXPECT_EQ(ReadFile(folder.path() / "offset.txt"), "500000.25 5400000 -300\n");
+  EXPECT_EQ(ReadPlyOffset(cloud), workspace.offset);
+  EXPECT_TRUE(ReadCloud(cloud).positions == before);
+}
+
 }  // namespace
 }  // namespace polarscan

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <functional>
@@ -13,6 +14,7 @@
 #include "core/files.h"
 #include "core/image_io.h"
 #include "core/mesh.h"
+#include "core/random.h"
 #include "demosaic/stokes.h"
 #include "stereo/map_io.h"
 #include "stereo/sfm/model.h"
@@ -124,6 +126,48 @@ inline void WriteSphereMasks(const Workspace& workspace) {
     for (std::size_t i = 0; i < depth.size(); ++i) mask.pixels()[i] = depth.pixels()[i] > 0 ? 255 : 0;
     WritePng(workspace.MaskPath(view), mask);
   }
+}
+
+// Views of the unit sphere, textured, with diffuse polarization, noise and masks.
+inline Workspace LitSphere(const std::filesystem::path& folder, int count, int width, int height) {
+  Workspace workspace = SphereWorkspace(folder, count);
+  for (DenseView& view : workspace.views) {
+    view.camera = view.camera.Resized(width, height);
+    const auto own = Eigen::Vector3d(view.cam_from_world.Center());
+    std::ranges::sort(view.sources, {}, [&](int other) {
+      return (workspace.views[std::size_t(other)].cam_from_world.Center() - own).norm();
+    });
+  }
+  WriteWorkspace(workspace);
+  for (int i = 0; i < count; ++i) {
+    const DenseView& view = workspace.views[std::size_t(i)];
+    const SphereMaps maps = ExactSphereMaps(view);
+    Image<Rgb8> picture(width, height);
+    StokesImage stokes{{width, height, 0.3f}, {width, height}, {width, height}, {width, height, 0.004f}};
+    Random random(11, std::uint64_t(i));
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x) {
+        const auto noise = [&] { return float(0.004 * std::numbers::sqrt2 * random.Normal()); };
+        if (maps.depth(x, y) > 0) {
+          const Eigen::Vector3d n = maps.normal(x, y).cast<double>(), ray = view.camera.Ray(x + 0.5, y + 0.5);
+          const Eigen::Vector3d at = view.cam_from_world.rotation.transpose() * n;
+          const double azimuth = std::atan2(-(n.y() - n.z() * ray.y()), n.x() - n.z() * ray.x());
+          const double wave = std::sin(13 * at.x() + 3 * at.y()) + std::cos(11 * at.y() - 4 * at.z());
+          const double s0 = at.x() > 0.4 ? 0.5 : 0.5 + 0.1 * wave;  // a part without texture
+          const double dop = 0.2 * (1 - std::pow(n.dot(ray.normalized()), 2));
+          stokes.s0(x, y) = float(s0);
+          stokes.s1(x, y) = float(s0 * dop * std::cos(2 * azimuth));
+          stokes.s2(x, y) = float(s0 * dop * std::sin(2 * azimuth));
+        }
+        stokes.s0(x, y) += noise(), stokes.s1(x, y) += noise(), stokes.s2(x, y) += noise();
+        const auto level = std::uint8_t(255 * std::clamp(stokes.s0(x, y), 0.0f, 1.0f));
+        picture(x, y) = {level, level, level};
+      }
+    WriteStokes(workspace.StokesPath(i), stokes);
+    WritePng(workspace.PicturePath(i), picture);
+  }
+  WriteSphereMasks(workspace);
+  return workspace;
 }
 
 // The unit sphere in `rings` rings of latitude; its triangles lie at most (pi / rings)^2 / 2 inside.

@@ -5,9 +5,11 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
+#include <tuple>
 
 #include "core/error.h"
 #include "core/random.h"
+#include "fusion/aop_check.h"
 #include "stereo/polarpms/done_list.h"
 #include "stereo/polarpms/view.h"
 #include "tests/fusion/sphere_scene.h"
@@ -244,6 +246,53 @@ TEST_F(SurfaceMaps, TheFilterDropsWhatHardlyAnyOtherViewSupports) {
   Write(upper_cap);
   EstimateMaps(folder_.path(), options_, listener_);
   EXPECT_LT(kept_of_cap(), 0.1);
+}
+
+// The maps are exact; the AoP are turned (s1, s2) -> turn(s1, s2).
+AopFit FitOfAngles(const std::function<std::pair<float, float>(float, float)>& turn, float noise = 0) {
+  TemporaryFolder folder;
+  const Workspace workspace = LitSphere(folder.path(), 12, 120, 90);
+  Random random(9);
+  for (int view = 0; view < int(workspace.views.size()); ++view) {
+    const SphereMaps maps = ExactSphereMaps(workspace.views[std::size_t(view)]);
+    WriteDepthMap(workspace.DepthPath(view, kFinalMaps), maps.depth);
+    WriteNormalMap(workspace.NormalPath(view, kFinalMaps), maps.normal);
+    StokesImage stokes = ReadStokes(workspace.StokesPath(view));
+    for (std::size_t i = 0; i < stokes.s1.size(); ++i) {
+      float &s1 = stokes.s1.pixels()[i], &s2 = stokes.s2.pixels()[i];
+      std::tie(s1, s2) = turn(s1, s2);
+      if (noise > 0) s1 = noise * float(random.Normal()), s2 = noise * float(random.Normal());
+    }
+    WriteStokes(workspace.StokesPath(view), stokes);
+  }
+  Progress progress;
+  return CheckAop(workspace, StereoOptions(), progress);
+}
+
+TEST(AopCheck, AnglesThatAreCountedAnotherWayAreFoundOut) {
+  const AopFit mirrored = FitOfAngles([](float s1, float s2) { return std::pair(s1, -s2); });
+  EXPECT_TRUE(mirrored.IsWrong());
+  EXPECT_EQ(mirrored.other, AopCount::kMirrored);
+  const AopFit shifted = FitOfAngles([](float s1, float s2) { return std::pair(-s2, s1); });
+  EXPECT_TRUE(shifted.IsWrong());
+  EXPECT_EQ(shifted.other, AopCount::kShifted);
+  const AopFit both = FitOfAngles([](float s1, float s2) { return std::pair(s2, s1); });
+  EXPECT_TRUE(both.IsWrong());
+  EXPECT_EQ(both.other, AopCount::kMirroredAndShifted);
+}
+
+TEST(AopCheck, RightAnglesQuarterTurnsAndNoiseAreNotBlamed) {
+  const AopFit right = FitOfAngles([](float s1, float s2) { return std::pair(s1, s2); });
+  EXPECT_FALSE(right.IsWrong());
+  EXPECT_GT(right.points, 500);
+  EXPECT_LT(right.sigmas, -4) << "it does not only fail to tell";
+  EXPECT_FALSE(FitOfAngles([](float s1, float s2) { return std::pair(-s1, -s2); }).IsWrong());
+  int turns = 0;  // every second pixel's light is specular
+  const AopFit mixed =
+      FitOfAngles([&](float s1, float s2) { return turns++ % 2 ? std::pair(s1, s2) : std::pair(-s1, -s2); });
+  EXPECT_FALSE(mixed.IsWrong());
+  EXPECT_FALSE(FitOfAngles([](float s1, float s2) { return std::pair(s1, s2); }, 0.0057f).IsWrong());
+  EXPECT_FALSE(FitOfAngles([](float, float) { return std::pair(0.f, 0.f); }).IsWrong());
 }
 
 }  // namespace

@@ -98,5 +98,42 @@ TEST(SourceViews, AngleScoreHasItsTopAt20Degrees) {
   for (double angle = 20; angle < 79; ++angle) EXPECT_GT(AngleScore(angle), AngleScore(angle + 1));
 }
 
+TEST(Scene, FarFrom0ItIsCountedFromAPlaceNearItAndElseNotTouched) {
+  const Eigen::Vector3d far_off(500000, 5400000, 300);
+  for (const Eigen::Vector3d& shift : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(50, -20, 9), far_off}) {
+    std::vector<DenseView> views = Ring(12);
+    SparseModel model = ModelOf(views);
+    model.points[1] = {{0.25, 0.5, 0}, {}, 0, {}};
+    const SparseModel at_origin = model;
+    MoveOrigin(model, -shift);
+    model.offset = Eigen::Vector3d::Zero();
+    Listener listener;
+    MoveToLocalFrame(model, listener);
+    const bool moved = shift == far_off;
+    EXPECT_EQ(model.offset, moved ? far_off : Eigen::Vector3d(0, 0, 0));
+    EXPECT_EQ(listener.Heard("offset 500000 5400000 300"), moved);
+    if (!moved && shift.norm() > 0) continue;
+    EXPECT_LT((model.points[1].position - at_origin.points.at(1).position).norm(), 1e-8);
+    for (const auto& [id, image] : model.images)
+      EXPECT_LT(
+          (image.cam_from_world.translation - at_origin.images.at(id).cam_from_world.translation).norm(),
+          1e-8);
+  }
+}
+
+TEST(Scene, AnOffsetStaysWithItsModel) {
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "offset_model";
+  std::filesystem::remove_all(folder);
+  SparseModel model = ModelOf(Ring(3));
+  WriteSparseModelText(folder, model);
+  EXPECT_FALSE(std::filesystem::exists(folder / "offset.txt"));
+  model.offset = {500000.125, -2, 1e7};
+  WriteSparseModelText(folder, model);
+  EXPECT_EQ(ReadSparseModel(folder).offset, model.offset);
+  WriteFileAtomically(folder / "offset.txt", "1 2");
+  EXPECT_NE(ErrorOf([&] { ReadSparseModel(folder); }).find("offset"), std::string::npos);
+  std::filesystem::remove_all(folder);
+}
+
 }  // namespace
 }  // namespace polarscan

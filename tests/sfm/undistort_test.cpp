@@ -116,5 +116,39 @@ TEST_F(UndistortStage, StopsWhenCancelled) {
   EXPECT_THROW(Run(ModelOf(views)), Cancelled);
 }
 
+TEST_F(UndistortStage, ACopyFromTheSamePlaceIsLeftOutAndNamed) {
+  SparseModel model = ModelOf(views);
+  Rigid& copy = model.images.at(14).cam_from_world;  // of view 2, as far off as structure from motion errs
+  copy = model.images.at(13).cam_from_world;
+  copy.translation += Eigen::Vector3d(3e-3, 3e-3, 3e-3);
+  const Workspace workspace = Run(model);
+  ASSERT_EQ(workspace.views.size(), 5u);
+  EXPECT_EQ(workspace.views[2].name, "002");
+  EXPECT_EQ(workspace.views[3].name, "004");
+  EXPECT_TRUE(progress.Heard("the same place: 002 and 003"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "dense/polar/003.tif"));
+  EXPECT_EQ(ReadSparseModel(folder / "dense/sparse").images.size(), 5u);
+}
+
+TEST_F(UndistortStage, ViewsOfOnePlaceThatShowDifferentThingsStayAndAreOneWitness) {
+  SparseModel model = ModelOf(views);
+  model.images.at(14).cam_from_world =
+      Rigid{Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitY()).toRotationMatrix(), Eigen::Vector3d::Zero()} *
+      model.images.at(13).cam_from_world;
+  const Workspace workspace = Run(model);
+  ASSERT_EQ(workspace.views.size(), 6u);
+  EXPECT_EQ(Places(workspace.views), (std::vector<int>{0, 1, 2, 2, 4, 5}));
+  EXPECT_TRUE(progress.Heard("the same place: 002 and 003"));
+  for (const DenseView& view : workspace.views) {
+    const auto count = std::ranges::count_if(view.sources, [](int s) { return s == 2 || s == 3; });
+    EXPECT_LE(count, view.name == "002" || view.name == "003" ? 0 : 1) << view.name;
+  }
+}
+
+TEST_F(UndistortStage, DifferentPlacesAreNotBlamed) {
+  Run(ModelOf(views));
+  EXPECT_TRUE(progress.warnings.empty());
+}
+
 }  // namespace
 }  // namespace polarscan
