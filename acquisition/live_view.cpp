@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <vector>
 
 #include "acquisition/session/session_views.h"
@@ -66,6 +67,25 @@ StokesImage SmallStokes(const Image<std::uint16_t>& counts, const Sensor& sensor
   return small;
 }
 
+// The count from which on samples are saturated. Where nearly all have one count, or lie in the last tenth of
+// the range, the whole picture is: a camera's picture of anything else has noise and shade.
+std::size_t SaturatedFrom(const std::vector<std::uint64_t>& histogram, const Sensor& sensor) {
+  constexpr double kNearlyAll = 0.9, kBright = 0.9, kNotDark = 0.125;  // shares of the samples, of the range
+  const auto at = [&](double share) {
+    const double count = std::ceil(sensor.black_dn + share * sensor.RangeDn());
+    return std::size_t(std::clamp(count, 0.0, kCounts - 1.0));
+  };
+  const auto total = [&](std::size_t from, std::size_t end) {
+    return std::accumulate(histogram.begin() + std::ptrdiff_t(from), histogram.begin() + std::ptrdiff_t(end),
+                           0.0);
+  };
+  const double samples = total(0, kCounts);
+  const auto commonest = std::size_t(std::ranges::max_element(histogram) - histogram.begin());
+  if (commonest > at(kNotDark) && double(histogram[commonest]) > kNearlyAll * samples) return commonest;
+  if (total(at(kBright), kCounts) > kNearlyAll * samples) return at(kBright);
+  return std::size_t(std::ceil(std::clamp(SaturationLevel(histogram, sensor), 0.0, kCounts - 1.0)));
+}
+
 }  // namespace
 
 LiveView LookAt(const Frame& frame, const Sensor& sensor, int largest_side) {
@@ -85,8 +105,7 @@ LiveView LookAt(const Frame& frame, const Sensor& sensor, int largest_side) {
   std::vector<std::uint64_t> all(kCounts);
   for (const auto& histogram : by_angle)
     for (std::size_t n = 0; n < kCounts; ++n) all[n] += histogram[n];
-  const auto clipped_dn =
-      std::size_t(std::ceil(std::clamp(SaturationLevel(all, sensor), 0.0, kCounts - 1.0)));
+  const std::size_t clipped_dn = SaturatedFrom(all, sensor);
   const double cells = std::max(1.0, double(counts.width() / 2) * (counts.height() / 2));
   for (std::size_t a = 0; a < 4; ++a)
     for (std::size_t n = clipped_dn; n < kCounts; ++n) view.clipped[a] += double(by_angle[a][n]) / cells;

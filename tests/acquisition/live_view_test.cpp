@@ -95,6 +95,16 @@ TEST(LiveView, APileUpAtTheTopIsSaturationWhereverItLies) {
   }
 }
 
+TEST(LiveView, APictureThatIsSaturatedAllOverIsSaidToBe) {
+  const Sensor sensor = TwelveBits("90 45 / 135 0");
+  for (const double full : {4095.0, 4000.0, 2047.0}) {
+    const LiveView view = LookAt(UniformFrame(sensor.layout, [&](int) { return int(full); }), sensor, 16);
+    EXPECT_EQ(view.clipped, (std::array<double, 4>{1, 1, 1, 1})) << full;
+  }
+  EXPECT_TRUE(Advice(LookAt(UniformFrame(sensor.layout, [](int angle) { return 3900 + angle; }), sensor, 16))
+                  .contains("clipped"));
+}
+
 // An evenly lit wall: a peak of the histogram with nothing above it, which is its light.
 TEST(LiveView, AnEvenBrightPictureIsNotTakenAsSaturated) {
   for (const double level : {700.0, 1500.0, 3000.0, 3600.0}) {
