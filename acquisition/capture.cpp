@@ -180,7 +180,7 @@ class SilenceWatch {
 
 // The calling thread: asks for shots in time and on keys, and looks after the end.
 void Watch(Receiver& receiver, const Recorder& recorder, const CaptureOptions& options,
-           const CaptureHooks& hooks, Progress& progress) {
+           const nlohmann::json& sensor, const CaptureHooks& hooks, Progress& progress) {
   SilenceWatch silence;
   const Clock::time_point begin = Clock::now();
   Clock::time_point shown, looked;
@@ -205,7 +205,7 @@ void Watch(Receiver& receiver, const Recorder& recorder, const CaptureOptions& o
       looked = Clock::now();
     }
     if (hooks.look)
-      if (const std::optional<Frame> frame = receiver.Latest()) hooks.look(*frame);
+      if (const std::optional<Frame> frame = receiver.Latest()) hooks.look(*frame, sensor);
     std::this_thread::sleep_for(kKeyEvery);
   }
 }
@@ -253,9 +253,10 @@ CaptureStatus Capture(Camera& camera, const std::filesystem::path& folder, const
   if (options.trigger) camera.UseSoftwareTrigger();
   camera.Start(progress);
   const Clock::time_point begin = Clock::now();
-  Recorder recorder(folder, Describe(camera, sensor), recording);
+  const SessionInfo info = Describe(camera, sensor);
+  Recorder recorder(folder, info, recording);
   Receiver receiver(camera, recorder, options, progress);
-  Watch(receiver, recorder, options, hooks, progress);
+  Watch(receiver, recorder, options, info.sensor, hooks, progress);
   receiver.Finish();
   camera.Stop();
   CloseRecorder(recorder, folder);

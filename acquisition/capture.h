@@ -37,8 +37,9 @@ struct CaptureHooks {
   std::function<void(const CaptureStatus&)> status = [](const CaptureStatus&) {
   };  // about five times a second
   std::function<Key()> key = [] { return Key::kNone; };
-  // The latest frame, about twice a second, whether it is stored or not; empty: nobody looks.
-  std::function<void(const Frame&)> look = {};
+  // The latest frame, about twice a second, whether it is stored or not, and the session's "sensor", which
+  // the camera may tell only once it has begun; empty: nobody looks.
+  std::function<void(const Frame&, const nlohmann::json& sensor)> look = {};
 };
 
 // Records into a new session until the options, the camera, a key or Progress::Cancel end it; all of these

@@ -83,6 +83,35 @@ void SetSensor(Input& input, const InputOptions& options, const Picture& first) 
         input.folder.string(), "Check --black-level, --white-level and --bits");
 }
 
+// Of some of the pictures' samples; what cannot be read shows when it is its turn.
+std::vector<std::uint64_t> SomeCounts(const Input& input, const Progress& progress) {
+  const std::size_t step = std::max<std::size_t>(1, input.views.size() / 8);
+  std::vector<std::uint64_t> histogram;
+  for (std::size_t i = 0; i < input.views.size(); i += step) {
+    progress.Check();
+    try {
+      for (const Picture& picture : ReadView(input, int(i)).pictures)
+        for (const Image<float>& plane : picture.planes) AddToHistogram(plane, histogram);
+    } catch (const Error&) {
+    }
+  }
+  return histogram;
+}
+
+// Where nobody says it, the pictures show at which count the sensor saturates.
+void FindSaturation(Input& input, const InputOptions& options, const Progress& progress) {
+  const bool counts = input.kind == InputKind::kMosaic || input.kind == InputKind::kAngles;
+  if (!counts || options.white_level > 0 || !input.sensor.clips) return;
+  const double end = input.sensor.white_dn,
+               level = SaturationLevel(SomeCounts(input, progress), input.sensor);
+  if (level >= end) return;
+  input.sensor.white_dn = level;
+  input.notes.push_back(
+      fmt::format("the brightest samples pile up at {:g} of {:g}: they are taken as clipped, and that as the "
+                  "white level (--white-level {:g} to take them as they are)",
+                  level, end, end));
+}
+
 Picture FirstPicture(const Input& input) {
   const InputView& view = input.views[0];
   if (view.files.size() > 1) return ReadPicture(view.files[0]);
@@ -103,9 +132,9 @@ void AddSessionNotes(Input& input) {
 }
 
 // Damaged frames are left out here, so that what is whole can be used.
-void OpenSessionInput(Input& input) {
+void OpenSessionInput(Input& input, Progress& progress) {
   input.kind = InputKind::kMosaic;
-  input.session = std::make_shared<Session>(OpenSession(input.folder, Verify::kPayloads));
+  input.session = std::make_shared<Session>(OpenSession(input.folder, Verify::kPayloads, progress));
   for (const SessionView& view : ViewsOf(*input.session))
     input.views.push_back({view.name, {}, std::nullopt, view.frames, ExposuresOf(*input.session, view)});
   if (input.views.empty()) throw Error("there are no whole frames in this session", input.folder.string());
@@ -185,13 +214,18 @@ std::string ToString(InputKind kind) {
 }
 
 Input OpenInput(const fs::path& folder, const InputOptions& given) {
+  Progress silent;
+  return OpenInput(folder, given, silent);
+}
+
+Input OpenInput(const fs::path& folder, const InputOptions& given, Progress& progress) {
   RequireFolder(folder);
   std::shared_ptr<const Calibration> calibration = FindCalibration(given, folder);
   const InputOptions options = WithCalibratedSensor(
       WithSetJson(WithCalibratedNoise(given, calibration.get()), folder), calibration.get());
   Input input;
   input.folder = folder;
-  IsSession(folder) ? OpenSessionInput(input) : OpenPictures(input, options);
+  IsSession(folder) ? OpenSessionInput(input, progress) : OpenPictures(input, options);
   FindMasks(folder, input.views);
   if (!input.session) LookAtFiles(input);
   if (fs::is_directory(folder / "sparse")) input.known_model = folder / "sparse";
@@ -203,6 +237,7 @@ Input OpenInput(const fs::path& folder, const InputOptions& given) {
   const Picture first = FirstPicture(input);
   input.width = first.width(), input.height = first.height();
   SetSensor(input, options, first);
+  FindSaturation(input, options, progress);
   SetCalibration(input, std::move(calibration));
   AddNotes(input, options);
   ReadView(input, 0);  // what does not fit together should show now

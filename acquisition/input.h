@@ -97,9 +97,11 @@ struct Input {
 };
 
 // Throws Error if the folder is missing, empty, incomplete or ambiguous, or the calibration is another
-// camera's. Opens one view's pictures (more only
-// to find out about 16-bit ones); the others are read by ReadView.
+// camera's. Opens one view's pictures (eight
+// views' to find out about 16-bit ones, and where the sensor saturates); the others are read by ReadView.
 Input OpenInput(const std::filesystem::path& folder, const InputOptions& options);
+// The same with progress where the whole of a session is read. Throws Cancelled, too.
+Input OpenInput(const std::filesystem::path& folder, const InputOptions& options, Progress& progress);
 
 // One set from several folders. Where two have views of the same name, every view's begins with its folder's
 // name. Known poses are not used: each folder's have a frame of their own. Throws Error also if only some of

@@ -46,11 +46,13 @@ class Reader {
   std::filesystem::path path_;
 };
 
-// The count at which the sensor saturates: its full well or the end of its counts, whichever comes first.
-std::optional<double> WhiteLevel(const Reader& sensor) {
+// The count at which the sensor saturates: its full well or the end of its counts, whichever comes first;
+// nothing where that is only the end of its bits.
+std::optional<double> WhiteLevel(const Reader& sensor, int bits) {
   if (const auto white = sensor.Number("white_dn")) return white;
   const auto highest = sensor.Number("max_dn"), well = sensor.Number("full_well_e");
   const auto gain = sensor.Number("dn_per_e");
+  if ((!well || !gain) && highest == std::ldexp(1.0, bits) - 1) return std::nullopt;
   if (!well || !gain) return highest;
   const double full = std::floor(sensor.Number("black_dn").value_or(0) + *well * *gain + 1e-6);
   return highest ? std::min(*highest, full) : full;
@@ -63,7 +65,7 @@ void FillFromSensor(const Reader& sensor, InputOptions& options) {
   }
   if (options.bits == 0) options.bits = sensor.Bits("bits").value_or(0);
   if (options.black_level < 0) options.black_level = sensor.Number("black_dn").value_or(-1);
-  if (options.white_level <= 0) options.white_level = WhiteLevel(sensor).value_or(0);
+  if (options.white_level <= 0) options.white_level = WhiteLevel(sensor, options.bits).value_or(0);
   if (options.gain <= 0) options.gain = sensor.Number("dn_per_e").value_or(0);
   if (options.read_noise < 0) options.read_noise = sensor.Number("read_noise_e").value_or(-1);
 }
@@ -112,7 +114,8 @@ OptionTable Table(InputOptions& o) {
        .max = 65535},
       {.name = "white-level",
        .value = &o.white_level,
-       .help = "Count at which samples are clipped; 0: as set.json says, else the end of the bits",
+       .help = "Count at which samples are clipped; 0: as set.json says, else where samples pile up at the top, "
+               "else the end of the bits",
        .unit = "DN",
        .min = 0,
        .max = 1e9},
@@ -201,6 +204,11 @@ CameraBinding BindingOf(const Input& input) {
   json camera = set.value("camera", json::object());
   if (camera.is_object() && camera.value("model", json()) == "pictures") camera.erase("model");  // imported
   return MakeBinding(camera, settings, input.width, input.height, input.sensor.layout, input.sensor.bits);
+}
+
+InputOptions WithSensorJson(InputOptions options, const json& sensor, const std::filesystem::path& where) {
+  FillFromSensor(Reader(sensor, where), options);
+  return options;
 }
 
 InputOptions WithSetJson(InputOptions options, const std::filesystem::path& folder) {

@@ -15,6 +15,10 @@ namespace polarscan {
 // counts. What is still open then is taken from "sensor" in FOLDER/session.json, which has the same keys.
 InputOptions WithSetJson(InputOptions options, const std::filesystem::path& folder);
 
+// The same from "sensor" alone, which `where` holds.
+InputOptions WithSensorJson(InputOptions options, const nlohmann::json& sensor,
+                            const std::filesystem::path& where);
+
 // The calibration that the options (then the folder) name; null: none.
 std::shared_ptr<const Calibration> FindCalibration(const InputOptions& options,
                                                    const std::filesystem::path& folder);

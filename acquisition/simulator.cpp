@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/simulator.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <numbers>
 
@@ -132,7 +134,7 @@ SimulatedShoot PrepareShoot(Scene scene, const SimulatorOptions& options, Progre
   const Pinhole camera = SimulatedPinhole(options);
   std::vector<SimulatedView> views =
       RingViews(rings, options.jitter_deg, options.seed, lit.scene.object, camera, options.fill);
-  const double gain = options.exposure * AutomaticGain(lit, camera, views);
+  const double gain = options.exposure * AutomaticGain(lit, camera, views, progress);
   return {std::move(lit), camera, std::move(views), gain};
 }
 
@@ -154,14 +156,20 @@ SimulationSummary Write(const SimulatorOptions& options, bool pictures, const fs
   settings.gain = gain;
   WriteTruth(folder, lit.scene, camera, views, options.known_poses);
 
-  progress.Begin(pictures ? "taking pictures" : "writing the truth", views.size());
+  if (pictures) {
+    progress.Begin(views.size() == 1 ? "taking a picture" : fmt::format("taking {} pictures", views.size()),
+                   views.size() * std::size_t(camera.height), "row");
+  } else {
+    progress.Begin("writing the truth", views.size());
+  }
   for (const SimulatedView& view : views) {
     const std::string file = view.name + ".png";
     if (pictures)
       WritePng(folder / "mosaic" / file, RenderFrame(lit, camera, view.cam_from_world, settings, progress));
-    if (options.masks) WritePng(folder / "masks" / file, RenderMask(lit, camera, view.cam_from_world));
+    if (options.masks)
+      WritePng(folder / "masks" / file, RenderMask(lit, camera, view.cam_from_world, progress));
     ++settings.frame;
-    progress.Advance();
+    if (!pictures) progress.Advance();
   }
   const SimulationSummary summary{int(views.size()), settings.gain, views[0].cam_from_world.translation.z()};
   WriteJson(folder / "set.json", SetJson(options, settings.sensor, summary, true));

@@ -42,7 +42,7 @@ struct FrameSettings {
 
 // Noise-free Stokes vectors (S0, S1, S2; radiance) of every raw pixel, mean of samples x samples rays.
 Image<Eigen::Vector3f> RenderStokes(const LitScene& lit, const Pinhole& camera, const Rigid& cam_from_world,
-                                    int samples, Progress& progress);
+                                    int samples, const Progress& progress);
 
 // One raw mosaic as the sensor would send it. The same arguments give the same counts for any number of
 // threads.
@@ -50,10 +50,12 @@ Image<std::uint16_t> RenderFrame(const LitScene& lit, const Pinhole& camera, con
                                  const FrameSettings& settings, Progress& progress);
 
 // 255 where the object covers the middle of the pixel.
-Image<std::uint8_t> RenderMask(const LitScene& lit, const Pinhole& camera, const Rigid& cam_from_world);
+Image<std::uint8_t> RenderMask(const LitScene& lit, const Pinhole& camera, const Rigid& cam_from_world,
+                               const Progress& progress = {});
 
 // The gain at which 0.5 % of the lit pixels of these views clip in their brightest polarizer.
-double AutomaticGain(const LitScene& lit, const Pinhole& camera, const std::vector<SimulatedView>& views);
+double AutomaticGain(const LitScene& lit, const Pinhole& camera, const std::vector<SimulatedView>& views,
+                     const Progress& progress = {});
 
 // A scene ready to be photographed: lit, with the cameras in their places and the exposure set.
 struct SimulatedShoot {

@@ -90,7 +90,7 @@ double Through(const Vector3d& stokes, int angle_deg) {
 }  // namespace
 
 Image<Eigen::Vector3f> RenderStokes(const LitScene& lit, const Pinhole& camera, const Rigid& cam_from_world,
-                                    int samples, Progress& progress) {
+                                    int samples, const Progress& progress) {
   const View view(lit, camera, cam_from_world);
   const PixelPattern pattern = MakePattern(samples);
   Image<Eigen::Vector3f> stokes(camera.width, camera.height, Eigen::Vector3f::Zero());
@@ -114,14 +114,17 @@ Image<std::uint16_t> RenderFrame(const LitScene& lit, const Pinhole& camera, con
                     std::uint64_t(y) * std::uint64_t(camera.width) + std::uint64_t(x));
       frame(x, y) = settings.sensor.Count(settings.gain * signal, random);
     }
+    progress.Advance();
   });
   return frame;
 }
 
-Image<std::uint8_t> RenderMask(const LitScene& lit, const Pinhole& camera, const Rigid& cam_from_world) {
+Image<std::uint8_t> RenderMask(const LitScene& lit, const Pinhole& camera, const Rigid& cam_from_world,
+                               const Progress& progress) {
   const View view(lit, camera, cam_from_world);
   Image<std::uint8_t> mask(camera.width, camera.height);
   ParallelFor(0, camera.height, [&](int y) {
+    progress.Check();
     for (int x = 0; x < camera.width; ++x) {
       const Meeting m = Meet(lit, view.center, view.WorldRay(x + 0.5, y + 0.5), true);
       mask(x, y) = m.thing == Meeting::kObject ? 255 : 0;
@@ -130,12 +133,12 @@ Image<std::uint8_t> RenderMask(const LitScene& lit, const Pinhole& camera, const
   return mask;
 }
 
-double AutomaticGain(const LitScene& lit, const Pinhole& camera, const std::vector<SimulatedView>& views) {
+double AutomaticGain(const LitScene& lit, const Pinhole& camera, const std::vector<SimulatedView>& views,
+                     const Progress& progress) {
   const Pinhole small = camera.Resized(std::max(1, camera.width / 10), std::max(1, camera.height / 10));
   std::vector<float> brightest;
-  Progress silent;
   for (const SimulatedView& v : views) {
-    const Image<Eigen::Vector3f> stokes = RenderStokes(lit, small, v.cam_from_world, 1, silent);
+    const Image<Eigen::Vector3f> stokes = RenderStokes(lit, small, v.cam_from_world, 1, progress);
     for (const Eigen::Vector3f& s : stokes.pixels())
       if (s[1] != 0 || s[2] != 0)
         brightest.push_back(0.5f * (s[0] + std::max(std::abs(s[1]), std::abs(s[2]))));

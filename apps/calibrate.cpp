@@ -39,7 +39,7 @@ struct Work {
 Work Open(const CalibrateArguments& a, Context& context) {
   InputOptions options = a.meaning;
   if (IsCalibration(a.output)) options.calibration = a.output.string();
-  Work work{std::make_shared<const Input>(OpenInput(a.input, options)), {}};
+  Work work{std::make_shared<const Input>(OpenInput(a.input, options, context.progress)), {}};
   const Input& input = *work.input;
   if (input.calibration) work.calibration = *input.calibration;
   TellNotes(input, context.progress);
@@ -55,8 +55,51 @@ json Part(const CalibrateArguments& a, json summary) {
   return summary;
 }
 
+// A figure of a part of a calibration, by the keys that lead to it; 0 where it was not found.
+double Figure(const json& part, std::initializer_list<const char*> keys) {
+  const json* value = &part;
+  for (const char* key : keys) {
+    if (!value->is_object() || !value->contains(key)) return 0;
+    value = &value->at(key);
+  }
+  return value->is_number() ? value->get<double>() : 0;
+}
+
+std::string DescribeDark(const json& part) {
+  return fmt::format("{} dark frames: black level {:.2f} DN, pixels +-{:.2f} DN, read noise {:.2f} DN",
+                     Figure(part, {"frames"}), Figure(part, {"black_dn"}), Figure(part, {"pixel_spread_dn"}),
+                     Figure(part, {"read_noise_dn"}));
+}
+
+std::string DescribeFlat(const json& part) {
+  return fmt::format(
+      "{} pairs of flat frames: {:.4g} DN per electron, read noise {:.2f} e-, pixels' gains +-{:.2f} %",
+      Figure(part, {"pairs"}), Figure(part, {"dn_per_e"}), Figure(part, {"read_noise_e"}),
+      100 * Figure(part, {"gain_spread"}));
+}
+
+std::string DescribePolarizer(const json& part) {
+  const double zero_deg = Figure(part, {"zero_deg"});
+  return fmt::format(
+      "{} frames: gain +-{:.2f} %, diattenuation {:.3f} +-{:.3f}, angle {:+.2f} +-{:.2f} degrees, condition "
+      "{:.2f}, residual {:.2f} % of full scale, {} defect pixels{}",
+      Figure(part, {"frames"}), 100 * Figure(part, {"gain", "spread"}),
+      Figure(part, {"diattenuation", "median"}), Figure(part, {"diattenuation", "spread"}),
+      Figure(part, {"angle_error_deg", "median"}), Figure(part, {"angle_error_deg", "spread"}),
+      Figure(part, {"condition", "median"}), 100 * Figure(part, {"residual", "median"}),
+      Figure(part, {"defect_pixels"}),
+      std::abs(zero_deg) > 0.05
+          ? fmt::format("; the given angles' zero lies {:+.2f} degrees from the sensor's", zero_deg)
+          : "");
+}
+
+std::string DescribePart(const std::string& name, const json& part) {
+  return name == "dark" ? DescribeDark(part) : name == "flat" ? DescribeFlat(part) : DescribePolarizer(part);
+}
+
 void Finish(const CalibrateArguments& a, Calibration& calibration, const std::string& part,
-            const std::string& text, Context& context) {
+            Context& context) {
+  const std::string text = DescribePart(part, calibration.parts[part]);
   WriteCalibration(a.output, calibration);
   context.Finish({{"calibration", a.output.string()},
                   {"hash", calibration.hash},
@@ -84,10 +127,7 @@ void RunDark(const CalibrateArguments& a, Context& context) {
   calibration.sensor.black_dn = dark.mean_dn;
   if (calibration.sensor.dn_per_e > 0)
     calibration.sensor.read_noise_e = dark.read_noise_dn / calibration.sensor.dn_per_e;
-  Finish(a, calibration, "dark",
-         fmt::format("{} dark frames: black level {:.2f} DN, pixels +-{:.2f} DN, read noise {:.2f} DN",
-                     dark.frames, dark.mean_dn, dark.pixel_spread_dn, dark.read_noise_dn),
-         context);
+  Finish(a, calibration, "dark", context);
 }
 
 void WarnWithoutDark(const Calibration& calibration, Context& context) {
@@ -111,29 +151,7 @@ void RunFlat(const CalibrateArguments& a, Context& context) {
   calibration.sensor.dn_per_e = flat.all.dn_per_e;
   calibration.sensor.read_noise_e = flat.all.dn_per_e > 0 ? flat.all.read_noise_dn / flat.all.dn_per_e : 0;
   if (!calibration.parts.contains("polarizer")) calibration.correction.responses = std::move(flat.responses);
-  Finish(a, calibration, "flat",
-         fmt::format("{} pairs of flat frames: {:.4g} DN per electron, read noise {:.2f} e-, pixels' gains "
-                     "+-{:.2f} %",
-                     flat.pairs, flat.all.dn_per_e, calibration.sensor.read_noise_e, 100 * flat.gain_spread),
-         context);
-}
-
-std::string Describe(const PolarizerCalibration& found, const json& summary) {
-  const auto number = [&](const char* what, const char* of) {
-    const json& value = summary[what][of];
-    return value.is_number() ? value.get<double>() : 0.0;
-  };
-  return fmt::format(
-      "{} frames: gain +-{:.2f} %, diattenuation {:.3f} +-{:.3f}, angle {:+.2f} +-{:.2f} degrees, condition "
-      "{:.2f}, residual {:.2f} % of full scale, {} defect pixels{}",
-      found.light.angles_deg.size(), 100 * number("gain", "spread"), number("diattenuation", "median"),
-      number("diattenuation", "spread"), number("angle_error_deg", "median"),
-      number("angle_error_deg", "spread"), number("condition", "median"), 100 * number("residual", "median"),
-      found.defects,
-      std::abs(found.light.zero_deg) > 0.05
-          ? fmt::format("; the given angles' zero lies {:+.2f} degrees from the sensor's",
-                        found.light.zero_deg)
-          : "");
+  Finish(a, calibration, "flat", context);
 }
 
 void RunPolarizer(const CalibrateArguments& a, Context& context) {
@@ -149,17 +167,16 @@ void RunPolarizer(const CalibrateArguments& a, Context& context) {
   summary["pictures"] = WriteCalibrationPictures(a.output, found, calibration.sensor.layout);
   PolarizerOptions effective = a.polarizer;
   summary["options"] = ToJson(Table(effective));
-  const std::string text = Describe(found, summary);
   calibration.parts["polarizer"] = Part(a, std::move(summary));
   calibration.correction.responses = std::move(found.responses);
-  Finish(a, calibration, "polarizer", text, context);
+  Finish(a, calibration, "polarizer", context);
 }
 
 void RunLayout(const CalibrateArguments& a, Context& context) {
   InputOptions options = a.meaning;
   const std::string said = options.layout;
   if (said.empty()) options.layout = ToString(Layout());  // any: it is what we look for
-  const auto input = std::make_shared<const Input>(OpenInput(a.input, options));
+  const auto input = std::make_shared<const Input>(OpenInput(a.input, options, context.progress));
   const FoundLayout found = FindLayout(MeanCells(FramesOf(input, false), input->sensor, context.progress),
                                        a.first_angle_deg, a.sense == "anticlockwise");
   Layout layout = found.layout;
@@ -177,7 +194,7 @@ void RunLayout(const CalibrateArguments& a, Context& context) {
 }
 
 void RunApply(const CalibrateArguments& a, Context& context) {
-  const Input input = OpenInput(a.input, a.meaning);
+  const Input input = OpenInput(a.input, a.meaning, context.progress);
   TellNotes(input, context.progress);
   const std::size_t views =
       ExportCorrected(input, a.output, a.format == "png" ? "png" : "tif", context.progress);
@@ -185,18 +202,36 @@ void RunApply(const CalibrateArguments& a, Context& context) {
                  fmt::format("{} corrected mosaics in {}", views, a.output.string()));
 }
 
+// "Gain 3, width 128": without the quotes of JSON.
+std::string ListText(const json& values) {
+  std::string text;
+  for (const auto& [name, value] : values.items())
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name,
+                        value.is_string() ? value.get<std::string>() : ToText(value));
+  return text.empty() ? "not said" : text;
+}
+
 void RunShow(const CalibrateArguments& a, Context& context) {
   const Calibration c = ReadCalibration(a.input);
-  std::string parts;
-  for (const auto& [name, part] : c.parts.items()) parts += (parts.empty() ? "" : ", ") + name;
+  std::string text =
+      fmt::format("camera:    {}\nsettings:  {}\n", ListText(c.binding.camera), ListText(c.binding.settings));
+  text += fmt::format("sensor:    layout {}, {} bits, black level {:.2f} DN, white level {:g} DN",
+                      ToString(c.sensor.layout), c.sensor.bits, c.sensor.black_dn, c.sensor.white_dn);
+  if (c.sensor.dn_per_e > 0)
+    text += fmt::format(" ({:.0f} electrons), noise without light {:.2f} e-",
+                        c.sensor.RangeDn() / c.sensor.dn_per_e, c.sensor.read_noise_e);
+  for (const char* name : {"dark", "flat", "polarizer"})
+    text += fmt::format(
+        "\n{:<11}{}", std::string(name) + ":",
+        c.parts.contains(name)
+            ? fmt::format("{} ({})", DescribePart(name, c.parts[name]), c.parts[name].value("created", "?"))
+            : fmt::format("not measured; polarscan calibrate {} does", name));
   context.Finish({{"camera", c.binding.camera},
                   {"settings", c.binding.settings},
                   {"sensor", ToJson(c.sensor)},
                   {"parts", c.parts},
                   {"hash", c.hash}},
-                 fmt::format("camera {} {} {}, settings {}; {}", c.binding.camera.value("vendor", "?"),
-                             c.binding.camera.value("model", "?"), c.binding.camera.value("serial", "?"),
-                             ToText(c.binding.settings), parts));
+                 text);
 }
 
 // What every kind of frames needs beside the input's own options; a calibration is what comes out.
@@ -217,7 +252,7 @@ CLI::App* AddStep(CLI::App& parent, const char* name, const char* help,
   command->add_option("INPUT", a->input, "A session, or a folder of raw mosaics (docs/input.md)")
       ->required()
       ->check(CLI::ExistingDirectory);
-  command->callback([a, step, &context] { step(*a, context); });
+  command->callback([a, step, &context] { DoWhole("nothing was written", [&] { step(*a, context); }); });
   return command;
 }
 

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/capture.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <chrono>
+#include <future>
 #include <map>
 #include <optional>
 #include <thread>
 
 #include "acquisition/input.h"
+#include "acquisition/session/session_writer.h"
 #include "apps/capture_screen.h"
 #include "apps/command.h"
 #include "apps/interrupt.h"
@@ -49,6 +51,17 @@ nlohmann::json GivenSensor(const CLI::App& command, InputOptions& options) {
   return sensor;
 }
 
+// What asks devices and takes its time, on a thread of its own, so that Ctrl-C need not wait for it: the
+// thread then goes on until the program ends. ask: keeps all that it needs.
+template <class Ask>
+auto WhileListening(const Progress& progress, Ask ask) {
+  auto task = std::make_shared<std::packaged_task<decltype(ask())()>>(std::move(ask));
+  auto answer = task->get_future();
+  std::thread([task] { (*task)(); }).detach();
+  while (answer.wait_for(std::chrono::milliseconds(50)) != std::future_status::ready) progress.Check();
+  return answer.get();
+}
+
 // The one real camera there is.
 std::string PickCamera() {
   std::string id, list;
@@ -64,13 +77,28 @@ std::string PickCamera() {
   return id;
 }
 
+// What could be meant instead.
+std::string CamerasThereAre(const std::string& id, const Progress& progress) {
+  std::vector<std::string> ids;
+  for (const CameraInfo& camera : WhileListening(progress, ListCameras)) ids.push_back(camera.id);
+  const std::string nearest = NearestName(id, ids);
+  return fmt::format("{}There are {}, replay:SESSION",
+                     nearest.empty() ? "" : "Did you mean " + nearest + "? ", fmt::join(ids, ", "));
+}
+
 // A camera that is not there yet is looked for until a.wait_s have passed.
 std::unique_ptr<Camera> FindCamera(const Arguments& a, const Context& context) {
   using Clock = std::chrono::steady_clock;
   const auto end = Clock::now() + std::chrono::duration<double>(a.wait_s);
   while (true) {
     try {
-      return OpenCamera(a.camera.empty() ? PickCamera() : a.camera, context.seed);
+      return WhileListening(context.progress, [id = a.camera, seed = context.seed] {
+        return OpenCamera(id.empty() ? PickCamera() : id, seed);
+      });
+    } catch (const NoSuchCamera&) {
+      if (Clock::now() >= end)
+        throw NoSuchCamera("there is no such camera now", a.camera,
+                           CamerasThereAre(a.camera, context.progress));
     } catch (const Error&) {
       if (Clock::now() >= end) throw;
     }
@@ -82,12 +110,14 @@ std::unique_ptr<Camera> FindCamera(const Arguments& a, const Context& context) {
 void SetFeatures(Camera& camera, const std::vector<std::string>& features) {
   for (const std::string& feature : features) {
     const std::size_t equals = feature.find('=');
-    if (equals == std::string::npos) throw Error("a feature is set as Name=Value", "--set " + feature);
+    if (equals == std::string::npos || equals == 0)
+      throw Error("a feature is set as Name=Value", "--set " + feature, "Say --set ExposureTime=20000");
     camera.Set(feature.substr(0, equals), feature.substr(equals + 1));
   }
 }
 
 void Run(const Arguments& a, const nlohmann::json& sensor, Context& context) {
+  RequireNewSessionFolder(a.session);
   const std::unique_ptr<Camera> camera = FindCamera(a, context);
   SetFeatures(*camera, a.features);
   nlohmann::json known = camera->sensor();
@@ -97,11 +127,11 @@ void Run(const Arguments& a, const nlohmann::json& sensor, Context& context) {
     preview.emplace(a.preview_port);
     context.progress.Info("preview at " + preview->address());
   }
-  CaptureScreen screen(context.progress, a.session, known, a.options.on_key, preview ? &*preview : nullptr);
+  CaptureScreen screen(context.progress, a.session, a.options.on_key, preview ? &*preview : nullptr);
   std::optional<Keyboard> keyboard;
   CaptureHooks hooks;
   hooks.status = [&](const CaptureStatus& status) { screen.Show(status); };
-  hooks.look = [&](const Frame& frame) { screen.Look(frame); };
+  hooks.look = [&](const Frame& frame, const nlohmann::json& s) { screen.Look(frame, s); };
   if (!known.contains("layout"))
     context.progress.Warn(
         "the camera does not tell its polarizer layout; give it with --layout, now or to reconstruct "
@@ -126,9 +156,10 @@ std::string Describe(const CameraInfo& camera) {
   return fmt::format("{}  {} {} {}", camera.id, camera.vendor, camera.model, camera.serial);
 }
 
-std::map<std::string, std::string> CamerasNow() {
+std::map<std::string, std::string> CamerasNow(const Progress& progress) {
   std::map<std::string, std::string> cameras;
-  for (const CameraInfo& camera : ListCameras()) cameras[camera.id] = Describe(camera);
+  for (const CameraInfo& camera : WhileListening(progress, ListCameras))
+    cameras[camera.id] = Describe(camera);
   return cameras;
 }
 
@@ -140,7 +171,12 @@ void WatchCameras(Context& context) {
   };
   std::map<std::string, std::string> before;
   while (!context.progress.cancelled()) {
-    const std::map<std::string, std::string> now = CamerasNow();
+    std::map<std::string, std::string> now;
+    try {
+      now = CamerasNow(context.progress);
+    } catch (const Cancelled&) {
+      return;
+    }
     differences(before, now, "here:");
     differences(now, before, "gone:");
     before = now;
@@ -171,7 +207,9 @@ void AddCaptureCommand(CLI::App& app, Context& context) {
       ->capture_default_str();
   AddOptions(*command, Table(a->options), "Recording");
   AddOptions(*command, SensorTable(a->sensor), "What the camera does not say");
-  command->callback([a, command, &context] { Run(*a, GivenSensor(*command, a->sensor), context); });
+  command->callback([a, command, &context] {
+    DoWhole("the recording had not begun", [&] { Run(*a, GivenSensor(*command, a->sensor), context); });
+  });
 }
 
 void AddCamerasCommand(CLI::App& app, Context& context) {
@@ -182,7 +220,10 @@ void AddCamerasCommand(CLI::App& app, Context& context) {
     if (*watch) return WatchCameras(context);
     nlohmann::json list = nlohmann::json::array();
     std::string text;
-    for (const CameraInfo& camera : ListCameras()) {
+    std::vector<CameraInfo> cameras;
+    DoWhole("the cameras are not known yet",
+            [&] { cameras = WhileListening(context.progress, ListCameras); });
+    for (const CameraInfo& camera : cameras) {
       list.push_back(ToJson(camera));
       text += (text.empty() ? "" : "\n") + Describe(camera);
     }

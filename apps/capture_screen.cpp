@@ -10,6 +10,7 @@
 #include <cmath>
 #include <system_error>
 
+#include "acquisition/input_options.h"
 #include "acquisition/live_view.h"
 #include "demosaic/pixel_format.h"
 
@@ -23,23 +24,23 @@ std::uint64_t Received(const FrameCounts& counts) {
   return counts.stored + counts.pending + counts.dropped + counts.cancelled;
 }
 
-// For a look only: what is not known is assumed.
+// For a look only: what is not known is assumed. bits: of the frame's samples.
 Sensor SensorFor(const nlohmann::json& known, int bits) {
+  const InputOptions said = WithSensorJson({.bits = bits}, known, "session.json");
   Sensor sensor;
-  if (known.contains("layout")) sensor.layout = ParseLayout(known["layout"]);
-  sensor.bits = known.value("bits", bits);
-  sensor.black_dn = known.value("black_dn", 0.0);
-  sensor.white_dn = known.value("white_dn", std::ldexp(1.0, sensor.bits) - 1);
+  if (!said.layout.empty()) sensor.layout = ParseLayout(said.layout);
+  sensor.bits = bits;
+  sensor.black_dn = std::max(0.0, said.black_level);
+  sensor.white_dn = said.white_level > 0 ? said.white_level : std::ldexp(1.0, bits) - 1;
   return sensor;
 }
 
 }  // namespace
 
-CaptureScreen::CaptureScreen(Terminal& terminal, const std::filesystem::path& folder,
-                             const nlohmann::json& sensor, bool on_key, Preview* preview)
+CaptureScreen::CaptureScreen(Terminal& terminal, const std::filesystem::path& folder, bool on_key,
+                             Preview* preview)
     : terminal_(terminal),
       folder_(folder),
-      known_(sensor),
       preview_(preview),
       numbers_(
           {{"session", folder.string()}, {"on_key", on_key}, {"frames_per_s", 0.0}, {"bytes_per_s", 0.0}}) {}
@@ -85,10 +86,10 @@ std::string CaptureScreen::Line() const {
   return line;
 }
 
-void CaptureScreen::Look(const Frame& frame) {
+void CaptureScreen::Look(const Frame& frame, const nlohmann::json& sensor) {
   const auto format = FindPixelFormat(frame.info.pixel_format);
   if (!format) return;
-  const LiveView view = LookAt(frame, SensorFor(known_, format->bits), kPreviewSide);
+  const LiveView view = LookAt(frame, SensorFor(sensor, format->bits), kPreviewSide);
   const auto advice = Advice(view);
   nlohmann::json& look = numbers_["look"];
   look = {

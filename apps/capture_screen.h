@@ -16,12 +16,11 @@ namespace polarscan {
 // preview if there is one.
 class CaptureScreen {
  public:
-  // sensor: what is known of it, as in session.json. preview may be null.
-  CaptureScreen(Terminal& terminal, const std::filesystem::path& folder, const nlohmann::json& sensor,
-                bool on_key, Preview* preview);
+  // preview may be null.
+  CaptureScreen(Terminal& terminal, const std::filesystem::path& folder, bool on_key, Preview* preview);
   void Show(const CaptureStatus& status);
-  // How the latest frame looks; advice is said once for each cause.
-  void Look(const Frame& frame);
+  // How the latest frame looks; advice is said once for each cause. sensor: as in session.json.
+  void Look(const Frame& frame, const nlohmann::json& sensor);
 
  private:
   void UpdateRates(const CaptureStatus& status);
@@ -29,7 +28,6 @@ class CaptureScreen {
 
   Terminal& terminal_;
   std::filesystem::path folder_;
-  nlohmann::json known_;
   Preview* preview_;
   nlohmann::json numbers_;  // what Preview::Show takes
   std::set<std::string> advised_;

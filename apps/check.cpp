@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <functional>
+
 #include "acquisition/session/session.h"
 #include "apps/check_files.h"
 #include "apps/check_session.h"
@@ -19,20 +21,20 @@ namespace fs = std::filesystem;
 // What PATH is taken for, in the user's words, and how it is looked at.
 struct Kind {
   std::string name;
-  void (*check)(const fs::path&);
+  std::function<void(const fs::path&)> check;
 };
 
 bool HoldsModel(const fs::path& folder) {
   return fs::exists(folder / "cameras.bin") || fs::exists(folder / "cameras.txt");
 }
 
-Kind KindOf(const fs::path& path) {
+Kind KindOf(const fs::path& path, Progress& progress) {
   const std::string extension = path.extension().string();
   if (fs::is_directory(path)) {
     if (IsCalibration(path)) return {"calibration", [](const fs::path& p) { ReadCalibration(p); }};
     if (HoldsModel(path)) return {"sparse model", CheckModel};
     if (fs::exists(path / "views.json") && fs::exists(path / "images"))
-      return {"dense workspace", CheckWorkspace};
+      return {"dense workspace", [&progress](const fs::path& p) { CheckWorkspace(p, progress); }};
   } else {
     if (extension == ".ply") return {"cloud or mesh", CheckPly};
     if (extension == ".bin") return {"map", CheckMap};
@@ -46,7 +48,7 @@ Kind KindOf(const fs::path& path) {
 }
 
 void CheckOne(const fs::path& path, bool repair, Context& context) {
-  const Kind kind = KindOf(path);
+  const Kind kind = KindOf(path, context.progress);
   std::string damage;
   try {
     kind.check(path);
@@ -112,7 +114,8 @@ void AddCheckCommand(CLI::App& app, Context& context) {
                     "Session: cut off what was not finished and close it. Scan: move damaged files to "
                     "SCAN/damaged, so that "
                     "reconstruct makes them again");
-  command->callback([a, &context] { Check(a->path, a->repair, context); });
+  command->callback(
+      [a, &context] { DoWhole("nothing was changed", [&] { Check(a->path, a->repair, context); }); });
 }
 
 }  // namespace polarscan

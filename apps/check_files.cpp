@@ -110,6 +110,11 @@ void CheckModel(const fs::path& folder) {
 }
 
 void CheckWorkspace(const fs::path& folder) {
+  Progress silent;
+  CheckWorkspace(folder, silent);
+}
+
+void CheckWorkspace(const fs::path& folder, Progress& progress) {
   const Workspace workspace = ReadWorkspace(folder);
   const auto check_size = [&](const auto& map, int view, const fs::path& path) {
     const Pinhole& camera = workspace.views[std::size_t(view)].camera;
@@ -118,7 +123,9 @@ void CheckWorkspace(const fs::path& folder) {
                               camera.width, camera.height),
                   path.string());
   };
-  for (int view = 0; view < int(workspace.views.size()); ++view) {
+  progress.Begin("checking the views", workspace.views.size());
+  for (int view = 0; view < int(workspace.views.size()); ++view, progress.Advance()) {
+    progress.Check();
     ReadViewLight(workspace, view);
     ReadViewMask(workspace, view);
     for (const char* kind : {"photometric", "geometric"}) {

@@ -2,6 +2,8 @@
 #pragma once
 #include <filesystem>
 
+#include "core/progress.h"
+
 namespace polarscan {
 
 // Each reads one file or folder whole, as the stages do, and looks at every value. Throws Error if it is
@@ -15,6 +17,7 @@ void CheckPly(const std::filesystem::path& path);
 void CheckModel(const std::filesystem::path& folder);
 // A dense workspace: views.json, light, mask and those maps that are there, of the sizes of the cameras.
 void CheckWorkspace(const std::filesystem::path& folder);
+void CheckWorkspace(const std::filesystem::path& folder, Progress& progress);  // the same; throws Cancelled
 // TIFF of floats (Stokes views), or a picture.
 void CheckPicture(const std::filesystem::path& path);
 

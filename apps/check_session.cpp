@@ -38,7 +38,7 @@ std::string ClockJumps(const Session& session) {
 }  // namespace
 
 void CheckSession(const std::string& folder, bool repair, Context& context) {
-  Session session = OpenSession(folder, Verify::kPayloads);
+  Session session = OpenSession(folder, Verify::kPayloads, context.progress);
   for (const std::string& text : session.unfinished) context.progress.Info("not finished: " + text);
   for (const std::string& text : session.damage) context.progress.Warn(text);
   const std::string jumps = ClockJumps(session);

@@ -102,11 +102,18 @@ FileSum Checksums::MeasureFile(const std::string& name, bool everything) const {
 }
 
 FileSums Checksums::Measure(const std::vector<fs::path>& outputs, bool everything) const {
+  Progress silent;
+  return Measure(outputs, everything, silent);
+}
+
+FileSums Checksums::Measure(const std::vector<fs::path>& outputs, bool everything, Progress& progress) const {
   FileSums sums;
   for (const fs::path& output : outputs)
     for (const fs::path& file : FilesBelow(scan_ / output)) {
       const std::string name = file.lexically_relative(scan_).string();
+      progress.Check();
       sums[name] = MeasureFile(name, everything);
+      progress.Advance();
     }
   return sums;
 }

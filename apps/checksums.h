@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "core/progress.h"
+
 namespace polarscan {
 
 bool IsHidden(const std::filesystem::path& path);  // its name begins with a dot
@@ -41,8 +43,10 @@ class Checksums {
 
   // What is there now, at and below these paths. A file of the recorded size and time of change is not read
   // again: the system sets that time itself whenever it is written, so only a disk that loses bits by itself
-  // goes unnoticed; `everything` finds that too.
+  // goes unnoticed; `everything` finds that too. A unit of progress is a file; throws Cancelled.
   FileSums Measure(const std::vector<std::filesystem::path>& outputs, bool everything = false) const;
+  FileSums Measure(const std::vector<std::filesystem::path>& outputs, bool everything,
+                   Progress& progress) const;
   const FileSums& Recorded(const std::string& stage) const;
   void Record(const std::string& stage, const FileSums& sums);  // on disk when it returns
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "apps/terminal.h"
+#include "core/error.h"
 #include "core/options.h"
 
 namespace polarscan {
@@ -31,6 +32,17 @@ void AddOptions(CLI::App& command, const OptionTable& table, const std::string& 
 // {name: value} of the rows that the command line or the configuration file set: what goes on top of a
 // preset.
 nlohmann::json GivenOptions(const CLI::App& command, const OptionTable& table);
+
+// Does work that nothing is left of when it is stopped: `left` then says what there is instead of advice to
+// go on.
+template <class Work>
+void DoWhole(const std::string& left, Work&& work) {
+  try {
+    work();
+  } catch (const Cancelled&) {
+    throw Cancelled("stopped; " + left);
+  }
+}
 
 // One function a subcommand, each in a file of its own:
 //

@@ -15,7 +15,7 @@ struct DemosaicCommand {
 };
 
 void Run(const DemosaicCommand& command, Context& context) {
-  const Input input = OpenInput(command.input, command.input_options);
+  const Input input = OpenInput(command.input, command.input_options, context.progress);
   MakeStokesViews(input, command.views, command.options, context.progress, command.pictures);
   context.Finish({{"input", ToJson(input)}, {"views", input.views.size()}, {"folder", command.views}},
                  fmt::format("{} view{} in {}{}", input.views.size(), input.views.size() == 1 ? "" : "s",

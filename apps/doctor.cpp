@@ -105,7 +105,9 @@ void AddDoctorCommand(CLI::App& app, Context& context) {
   command->add_option("--folder", *folder, "Where recordings will go: its disk is measured")
       ->check(CLI::ExistingDirectory)
       ->capture_default_str();
-  command->callback([folder, &context] { Run(*folder, context); });
+  command->callback([folder, &context] {
+    DoWhole("not everything was looked at", [&] { Run(*folder, context); });
+  });
 }
 
 }  // namespace polarscan

@@ -348,7 +348,9 @@ std::vector<ScanFinding> Scan::Check() const {
   for (const std::string& stage : StageNames()) {
     const nlohmann::json record = StageRecord(state_, stage);
     if (record.value("state", "") != "done") continue;
-    const FileSums &recorded = checksums_.Recorded(stage), found = checksums_.Measure(OutputsOf(stage), true);
+    const FileSums& recorded = checksums_.Recorded(stage);
+    terminal_->Begin("checking the files of " + stage, recorded.size(), "file");
+    const FileSums found = checksums_.Measure(OutputsOf(stage), true, *terminal_);
     const std::size_t before = findings.size();
     const std::string digest = record.value("outputs", "");
     if (!recorded.empty())  // without, nothing is known of single files

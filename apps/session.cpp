@@ -9,7 +9,7 @@ namespace {
 
 void Import(const std::string& folder, const InputOptions& options, const std::string& session,
             Context& context) {
-  const Input input = OpenInput(folder, options);
+  const Input input = OpenInput(folder, options, context.progress);
   TellNotes(input, context.progress);
   const std::size_t frames = ImportSession(input, session, context.progress);
   context.Finish({{"session", session}, {"frames", frames}}, fmt::format("{} frames in {}", frames, session));
@@ -17,7 +17,7 @@ void Import(const std::string& folder, const InputOptions& options, const std::s
 
 void Export(const std::string& folder, const std::string& extension, const std::string& output,
             Context& context) {
-  const Session session = OpenSession(folder, Verify::kPayloads);
+  const Session session = OpenSession(folder, Verify::kPayloads, context.progress);
   for (const std::string& text : session.damage) context.progress.Warn(text);
   context.data_lost = !session.damage.empty();
   const std::size_t files = ExportSession(session, output, extension, context.progress);
@@ -26,7 +26,7 @@ void Export(const std::string& folder, const std::string& extension, const std::
 
 void ExportByAngle(const std::string& folder, const InputOptions& options, const std::string& extension,
                    const std::string& output, Context& context) {
-  const Input input = OpenInput(folder, options);
+  const Input input = OpenInput(folder, options, context.progress);
   TellNotes(input, context.progress);
   const std::size_t views =
       ExportAngles(input, FindDemosaicMethod(DemosaicOptions().method), output, extension, context.progress);
@@ -50,7 +50,8 @@ void AddImportCommand(CLI::App& app, Context& context) {
       ->required()
       ->type_name("SESSION");
   AddOptions(*command, Table(a->input));
-  command->callback([a, &context] { Import(a->from, a->input, a->to, context); });
+  command->callback(
+      [a, &context] { DoWhole("nothing was imported", [&] { Import(a->from, a->input, a->to, context); }); });
 }
 
 void AddExportCommand(CLI::App& app, Context& context) {
@@ -67,8 +68,10 @@ void AddExportCommand(CLI::App& app, Context& context) {
   AddOptions(*command, Table(a->input), "With --as angles, what the session does not say");
   command->callback([a, &context] {
     const std::string extension = a->format == "png" ? "png" : "tif";
-    a->as == "angles" ? ExportByAngle(a->from, a->input, extension, a->to, context)
-                      : Export(a->from, extension, a->to, context);
+    DoWhole("nothing was exported", [&] {
+      a->as == "angles" ? ExportByAngle(a->from, a->input, extension, a->to, context)
+                        : Export(a->from, extension, a->to, context);
+    });
   });
 }
 

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 
 #include "acquisition/camera/replay_camera.h"
 #include "acquisition/camera/simulated_camera.h"
@@ -29,10 +30,16 @@ OptionTable CameraOnly(SimulatedCameraOptions& options) {
   return table;
 }
 
-void Serve(GigeSource source, const std::string& address, const GigeServerOptions& options,
-           Context& context) {
-  source.camera.Start(context.progress);  // who finds the camera gets frames at once
+// prepare: what is to be done before frames can come, once the address is known to be free.
+void Serve(
+    GigeSource source, const std::string& address, const GigeServerOptions& options, Context& context,
+    const std::function<void()>& prepare = [] {}) {
+  Camera& camera = source.camera;
   GigeServer server(std::move(source), address, options);
+  DoWhole("the camera was not ready yet", [&] {
+    prepare();
+    camera.Start(context.progress);  // who finds the camera gets frames at once
+  });
   context.progress.Info(fmt::format(
       "GigE Vision camera at {}, until Ctrl-C; polarscan capture --camera {} records it", address, address));
   server.Run(context.progress);
@@ -47,7 +54,6 @@ void Serve(GigeSource source, const std::string& address, const GigeServerOption
 }
 
 void ServeSimulated(SimulateArguments& a, Context& context) {
-  if (!a.folder.empty()) SimulateTruth(a.options.simulator, a.folder, context.progress);
   const std::unique_ptr<Camera> camera = OpenSimulatedCamera(a.options);
   std::vector<std::string> formats = {a.options.pixel_format};
   for (const char* name : {"Mono8", "Mono10", "Mono12", "Mono16", "Mono10p", "Mono12p", "Mono12Packed"})
@@ -56,15 +62,20 @@ void ServeSimulated(SimulateArguments& a, Context& context) {
     camera->Set("pixel-format", format);
     camera->Set("fps", fmt::format("{}", frames_per_s));
   };
-  context.progress.Info("its polarizer layout is " + a.options.simulator.layout);
+  const auto prepare = [&] {
+    if (!a.folder.empty()) SimulateTruth(a.options.simulator, a.folder, context.progress);
+    context.progress.Info("its polarizer layout is " + a.options.simulator.layout);
+  };
   Serve({*camera, a.options.simulator.width, a.options.simulator.height, formats, a.options.fps, configure},
-        a.address, a.gige, context);
+        a.address, a.gige, context, prepare);
 }
 
 void WritePictures(const SimulateArguments& a, Context& context) {
-  const SimulationSummary summary = Simulate(a.options.simulator, a.folder, context.progress);
-  context.Finish({{"views", summary.views}, {"folder", a.folder}, {"gain", summary.gain}},
-                 fmt::format("{} pictures and their truth in {}", summary.views, a.folder));
+  DoWhole("the folder is not complete, and the same command begins it anew", [&] {
+    const SimulationSummary summary = Simulate(a.options.simulator, a.folder, context.progress);
+    context.Finish({{"views", summary.views}, {"folder", a.folder}, {"gain", summary.gain}},
+                   fmt::format("{} pictures and their truth in {}", summary.views, a.folder));
+  });
 }
 
 struct ReplayArguments {
@@ -75,7 +86,7 @@ struct ReplayArguments {
 
 // At the pace of the recording.
 void ServeReplay(const ReplayArguments& a, Context& context) {
-  const Session session = OpenSession(a.session);
+  const Session session = OpenSession(a.session, Verify::kHeaders, context.progress);
   if (session.frames.empty()) throw Error("there are no frames in this session", a.session);
   const FrameInfo &first = session.frames.front().info, &last = session.frames.back().info;
   const double seconds = double(last.host_time_ns - first.host_time_ns) * 1e-9;

@@ -3,10 +3,13 @@
 
 #include <fmt/format.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <string_view>
@@ -32,9 +35,69 @@ bool WantsColour() {
 
 double Seconds(std::chrono::steady_clock::duration d) { return std::chrono::duration<double>(d).count(); }
 
-std::string Plural(const std::string& unit) { return unit + (unit.ends_with('s') ? "" : "s"); }
+// Of stderr, now: a window may change its size at any time.
+int TerminalColumns() {
+  constexpr int kUnknown = 80;
+  winsize size{};
+  if (::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0) return size.ws_col;
+  const char* columns = std::getenv("COLUMNS");
+  const int number = columns ? std::atoi(columns) : 0;
+  return number > 0 ? number : kUnknown;
+}
+
+// The character that begins at a byte of UTF-8 text, and its bytes; a byte that begins none counts as one.
+std::pair<char32_t, std::size_t> CharacterAt(std::string_view text, std::size_t at) {
+  const auto byte = [&](std::size_t i) { return at + i < text.size() ? std::uint8_t(text[at + i]) : 0u; };
+  const unsigned first = byte(0);
+  const std::size_t bytes = first >= 0xf0 ? 4 : first >= 0xe0 ? 3 : first >= 0xc2 ? 2 : 1;
+  char32_t character = bytes == 1 ? first : first & (0x7fu >> bytes);
+  for (std::size_t i = 1; i < bytes; ++i) {
+    if ((byte(i) & 0xc0) != 0x80) return {U'?', 1};
+    character = character << 6 | (byte(i) & 0x3f);
+  }
+  return {character, bytes};
+}
+
+// Columns that a terminal gives a character: after Unicode's East Asian Width.
+int ColumnsOf(char32_t c) {
+  struct Range {
+    char32_t first, last;
+  };
+  constexpr Range kNone[] = {{0, 0x1f},        {0x7f, 0x9f},     {0x300, 0x36f},
+                             {0x200b, 0x200f}, {0x20d0, 0x20ff}, {0xfe00, 0xfe0f}};
+  constexpr Range kTwo[] = {{0x1100, 0x115f},   {0x2e80, 0x303e},   {0x3041, 0xa4cf},  {0xac00, 0xd7a3},
+                            {0xf900, 0xfaff},   {0xfe30, 0xfe6f},   {0xff00, 0xff60},  {0xffe0, 0xffe6},
+                            {0x1f300, 0x1f64f}, {0x1f900, 0x1f9ff}, {0x20000, 0x3fffd}};
+  const auto holds = [c](const Range& range) { return c >= range.first && c <= range.last; };
+  return std::ranges::any_of(kNone, holds) ? 0 : std::ranges::any_of(kTwo, holds) ? 2 : 1;
+}
+
+// Symbols ("MB") have none.
+std::string Plural(const std::string& unit) {
+  const bool symbol = !unit.empty() && std::isupper(static_cast<unsigned char>(unit.back()));
+  return unit + (symbol || unit.ends_with('s') ? "" : "s");
+}
 
 }  // namespace
+
+std::string FitTo(const std::string& line, int columns) {
+  std::string text;
+  int used = 0;
+  for (std::size_t at = 0; at < line.size();) {
+    const auto [character, bytes] = CharacterAt(line, at);
+    used += ColumnsOf(character);
+    if (used > columns) {
+      if (character == ',') return text;
+      const std::size_t part = text.rfind(", "), word = text.find_last_of(' ');
+      const std::size_t end = part != std::string::npos ? part : word;
+      return end != std::string::npos && text.find_first_not_of(' ') < end ? text.substr(0, end) : text;
+    }
+    const bool control = character < 0x20 || (character >= 0x7f && character < 0xa0);
+    if (!control) text += line.substr(at, bytes);
+    at += bytes;
+  }
+  return text;
+}
 
 std::string FormatDuration(double seconds) {
   const long s = std::lround(std::max(seconds, 0.0));
@@ -99,9 +162,7 @@ void Terminal::ShowProgress(bool step_begins) {
   const auto now = Clock::now();
   if (in_place_) {
     if (!step_begins && done_ < total_ && now - shown_ < kRedraw) return;
-    fmt::print(stderr, "\r\x1b[K{}", ProgressLine());
-    std::fflush(stderr);
-    line_shown_ = true;
+    Draw(ProgressLine());
   } else {
     if (step_begins) shown_ = now;
     if (now - shown_ < kPlainLine) return;
@@ -121,6 +182,13 @@ std::string Terminal::ProgressLine() const {
                     : fmt::format(", {:.1f} s a {}", 1 / rate, unit_);
   if (done_ < total_) line += fmt::format(", {} left", FormatDuration(double(total_ - done_) / rate));
   return line;
+}
+
+// The last column stays free: a cursor behind it may be on the next line already.
+void Terminal::Draw(const std::string& line) {
+  fmt::print(stderr, "\r\x1b[K{}", FitTo(line, TerminalColumns() - 1));
+  std::fflush(stderr);
+  line_shown_ = true;
 }
 
 void Terminal::ClearLine() {
@@ -150,9 +218,7 @@ void Terminal::Status(const std::string& line) {
   const std::lock_guard lock(mutex_);
   const auto now = Clock::now();
   if (in_place_) {
-    fmt::print(stderr, "\r\x1b[K{}", line);
-    std::fflush(stderr);
-    line_shown_ = true;
+    Draw(line);
   } else if (now - shown_ >= kPlainLine) {
     log_->info(line);
     shown_ = now;

@@ -16,9 +16,10 @@
 namespace polarscan {
 
 // Messages and progress on stderr. On a terminal the current step is one line that is redrawn in place, with
-// its rate and remaining time; elsewhere (a file, a pipe, TERM=dumb) a plain line now and then. Both go on
-// while a step says nothing of itself, so that nobody takes a long one for a hang. Colours only on a terminal
-// and without NO_COLOR. Warnings are kept until they are taken (they end up in scan.json).
+// its rate and remaining time, as much of it as the terminal is wide; elsewhere (a file, a pipe, TERM=dumb) a
+// plain line now and then. Both go on while a step says nothing of itself, so that nobody takes a long one for
+// a hang. Colours only on a terminal and without NO_COLOR. Warnings are kept until they are taken (they end up
+// in scan.json).
 class Terminal : public Progress {
  public:
   enum class Level { kQuiet, kNormal, kVerbose };  // quiet: warnings and errors only
@@ -45,6 +46,7 @@ class Terminal : public Progress {
   void ShowProgress(bool step_begins);
   void ShowNowAndThen(std::stop_token stop);
   std::string ProgressLine() const;
+  void Draw(const std::string& line);
   void ClearLine();
 
   std::shared_ptr<spdlog::logger> log_;
@@ -58,6 +60,10 @@ class Terminal : public Progress {
   std::condition_variable_any stop_;
   std::jthread clock_;  // last: it uses the others
 };
+
+// As much of the line as takes at most `columns` columns of a terminal (wide characters take two), without
+// control characters. Where it must be cut, behind a whole part ("..., "), else a whole word.
+std::string FitTo(const std::string& line, int columns);
 
 // "4 s", "3 min 20 s", "2 h 05 min".
 std::string FormatDuration(double seconds);

@@ -19,10 +19,12 @@ class NothingFound : public Error {
   using Error::Error;
 };
 
-// The user asked to stop (Ctrl-C). Not an error: everything written so far is valid and resumable.
+// The user asked to stop (Ctrl-C). Not an error: everything written so far is valid and resumable, if the
+// message does not say otherwise.
 class Cancelled : public std::runtime_error {
  public:
-  Cancelled() : std::runtime_error("stopped; run the same command again to go on") {}
+  explicit Cancelled(const std::string& message = "stopped; run the same command again to go on")
+      : std::runtime_error(message) {}
 };
 
 }  // namespace polarscan

@@ -93,12 +93,13 @@ class FusedDemosaic::Implementation {
     const std::size_t bits = format_.packing == Packing::kWords ? 16 : std::size_t(format_.bits);
     const std::size_t first_bit =
         stride ? 8 * stride * std::size_t(y) : bits * std::size_t(y) * std::size_t(width_);
-    if (first_bit % 8 == 0) {
+    if (first_bit % 8 == 0 && format_.packing != Packing::kMipi) {
       UnpackRow(format_.packing, format_.bits, bytes.data() + first_bit / 8, bytes.data() + bytes.size(),
                 width_, light_, out);
     } else {
       const std::vector<std::uint16_t> row =
-          UnpackSamples(format_, bytes, std::size_t(y) * std::size_t(width_), std::size_t(width_));
+          UnpackSamples(format_, bytes.subspan(stride * std::size_t(y)),
+                        stride ? 0 : std::size_t(y) * std::size_t(width_), std::size_t(width_));
       for (int x = 0; x < width_; ++x) out[x] = (float(row[std::size_t(x)]) - light_.black) * light_.scale;
     }
   }

@@ -336,6 +336,8 @@ void Unpack12(const std::uint8_t* row, const std::uint8_t* end, int width, const
 void UnpackRow(Packing packing, int bits, const std::uint8_t* row, const std::uint8_t* end, int width,
                const Light& light, float* HWY_RESTRICT out) {
   switch (packing) {
+    case Packing::kMipi:  // left to UnpackSamples
+      return;
     case Packing::kBytes:
       return UnpackWhole<std::uint8_t>(row, width, light, out);
     case Packing::kWords:

@@ -36,16 +36,24 @@ struct Depth {
   int bits;
   Packing packing;
 };
-constexpr Depth kDepths[] = {{"8", 8, Packing::kBytes},       {"10", 10, Packing::kWords},
-                             {"12", 12, Packing::kWords},     {"14", 14, Packing::kWords},
-                             {"16", 16, Packing::kWords},     {"10p", 10, Packing::kLsbFirst},
-                             {"12p", 12, Packing::kLsbFirst}, {"12Packed", 12, Packing::kGigE12}};
+constexpr Depth kDepths[] = {
+    {"8", 8, Packing::kBytes},       {"10", 10, Packing::kWords},        {"12", 12, Packing::kWords},
+    {"14", 14, Packing::kWords},     {"16", 16, Packing::kWords},        {"10p", 10, Packing::kLsbFirst},
+    {"12p", 12, Packing::kLsbFirst}, {"12Packed", 12, Packing::kGigE12}, {"10csi2p", 10, Packing::kMipi},
+    {"12csi2p", 12, Packing::kMipi}, {"14csi2p", 14, Packing::kMipi}};
 
 std::size_t BitsOnTheWire(const PixelFormat& format) {
   return format.packing == Packing::kWords ? 16u : std::size_t(format.bits);
 }
 
+// Of a MIPI format, which comes in whole groups: 4, 2 or 4 samples of 10, 12 or 14 bits.
+std::size_t GroupSamples(int bits) { return bits == 12 ? 2 : 4; }
+
 std::size_t BytesOf(const PixelFormat& format, std::size_t samples) {
+  if (format.packing == Packing::kMipi) {
+    const std::size_t group = GroupSamples(format.bits);
+    samples = (samples + group - 1) / group * group;
+  }
   return (samples * BitsOnTheWire(format) + 7) / 8;
 }
 
@@ -60,6 +68,30 @@ std::uint16_t GigE12(const std::uint8_t* bytes, std::size_t sample) {
   const std::uint8_t* pair = bytes + sample / 2 * 3;
   return sample % 2 == 0 ? std::uint16_t(pair[0] << 4 | (pair[1] & 15))
                          : std::uint16_t(pair[2] << 4 | pair[1] >> 4);
+}
+
+// Where the parts of a sample lie in its group of bytes: its highest 8 bits, and the low ones, which may
+// go on in the next byte.
+struct MipiPlace {
+  MipiPlace(std::size_t sample, int bits) {
+    const std::size_t group = GroupSamples(bits), first = sample / group * (group * std::size_t(bits) / 8);
+    const std::size_t bit = sample % group * std::size_t(bits - 8);
+    high = first + sample % group;
+    low = first + group + bit / 8;
+    shift = int(bit % 8);
+    mask = (1u << (bits - 8)) - 1;
+    two_bytes = shift + bits - 8 > 8;
+  }
+  std::size_t high, low;
+  int shift;
+  unsigned mask;
+  bool two_bytes;
+};
+
+std::uint16_t Mipi(const std::uint8_t* bytes, std::size_t sample, int bits) {
+  const MipiPlace place(sample, bits);
+  const unsigned low = bytes[place.low] | (place.two_bytes ? unsigned(bytes[place.low + 1]) << 8 : 0u);
+  return std::uint16_t(unsigned(bytes[place.high]) << (bits - 8) | (low >> place.shift & place.mask));
 }
 
 // `count` samples from the first bit of `bytes` on.
@@ -79,6 +111,9 @@ void UnpackRun(const PixelFormat& format, const std::uint8_t* bytes, std::size_t
         break;
       case Packing::kGigE12:
         samples[i] = GigE12(bytes, at);
+        break;
+      case Packing::kMipi:
+        samples[i] = Mipi(bytes, at, format.bits);
         break;
     }
   }
@@ -106,6 +141,14 @@ void PackSample(const PixelFormat& format, std::size_t at, unsigned value, std::
       pair[1] |= std::uint8_t((value & 15) << (at % 2 * 4));
       break;
     }
+    case Packing::kMipi: {
+      const MipiPlace place(at, format.bits);
+      bytes[place.high] = std::uint8_t(value >> (format.bits - 8));
+      const unsigned low = (value & place.mask) << place.shift;
+      bytes[place.low] |= std::uint8_t(low);
+      if (place.two_bytes) bytes[place.low + 1] |= std::uint8_t(low >> 8);
+      break;
+    }
   }
 }
 
@@ -123,7 +166,8 @@ std::optional<PixelFormat> FindPixelFormat(const std::string& name) {
 PixelFormat ParsePixelFormat(const std::string& name) {
   if (const auto format = FindPixelFormat(name)) return *format;
   throw Error("this pixel format is not a raw mosaic that can be read", name.empty() ? "(none)" : name,
-              "Set the camera to Mono or Bayer with 8, 10, 12, 14, 16, 10p, 12p or 12Packed, as in Mono12p");
+              "Set the camera to Mono or Bayer with 8, 10, 12, 14, 16, 10p, 12p, 12Packed or 10csi2p to "
+              "14csi2p, as in Mono12p");
 }
 
 std::size_t RowBytes(const PixelFormat& format, int width) { return BytesOf(format, std::size_t(width)); }
@@ -157,8 +201,8 @@ std::vector<std::uint16_t> UnpackSamples(const PixelFormat& format, std::span<co
   if (BytesOf(format, first + count) > payload.size())
     throw Error(fmt::format("sample {} does not fit in {} bytes", first + count, payload.size()),
                 format.name);
-  // 30 bytes are a whole number of groups in every format.
-  const std::size_t begin = first * BitsOnTheWire(format) / 240 * 30,
+  // 210 bytes are a whole number of groups in every format.
+  const std::size_t begin = first * BitsOnTheWire(format) / 1680 * 210,
                     skipped = begin * 8 / BitsOnTheWire(format);
   std::vector<std::uint8_t> bytes(payload.begin() + std::ptrdiff_t(begin),
                                   payload.begin() + std::ptrdiff_t(BytesOf(format, first + count)));

@@ -17,6 +17,8 @@ enum class Packing {
   kWords,     // 16 bits a sample, little-endian, value in the low bits
   kLsbFirst,  // "p": a stream of bits, each sample's lowest bit first; 10p: 4 samples in 5 bytes, 12p: 2 in 3
   kGigE12,    // "12Packed": bytes a[11:4], b[3:0] a[3:0], b[11:4]
+  kMipi,      // "csi2p" (MIPI CSI-2, V4L2's Y10P ...): each sample's highest 8 bits, then the low bits of the
+              // group, lowest first; 10: 4 samples in 5 bytes, 12: 2 in 3, 14: 4 in 7
 };
 
 // A raw mosaic's pixel format. Recognised by its name, never by its 32-bit code: vendors' codes collide.
@@ -28,8 +30,8 @@ struct PixelFormat {
 };
 
 // Nothing if the name is none of (Mono | BayerRG | BayerGR | BayerGB | BayerBG) followed by one of 8, 10, 12,
-// 14, 16, 10p, 12p, 12Packed, with or without the vendors' Polarize, Polarized in it (Polarized alone is
-// mono).
+// 14, 16, 10p, 12p, 12Packed, 10csi2p, 12csi2p, 14csi2p (libcamera's suffix; PFNC has no name for these),
+// with or without the vendors' Polarize, Polarized in it (Polarized alone is mono).
 std::optional<PixelFormat> FindPixelFormat(const std::string& name);
 // The same. Throws Error naming the formats there are.
 PixelFormat ParsePixelFormat(const std::string& name);

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <cstdint>
 #include <nlohmann/json.hpp>
+#include <span>
+#include <vector>
 
 #include "core/image.h"
 #include "demosaic/layout.h"
@@ -30,6 +33,16 @@ nlohmann::json ToJson(const Sensor& sensor);
 Image<float> ToLight(const Image<float>& counts, const Sensor& sensor);
 // The same with a black level of each pixel's own; empty: as above. Needs gamma 1.
 Image<float> ToLight(const Image<float>& counts, const Sensor& sensor, const Image<float>& black_dn);
+
+// The count from which on samples are saturated, as they show it themselves: where they pile up at the top of
+// their histogram, the lower end of the pile; else white_dn. Sensors that subtract their black level, or
+// whose full well ends before their counts do, saturate below the end of their bits. A pile is narrow (a
+// thousandth of the range, above an eighth of it) or, within the last tenth of the range, as wide as noise
+// makes it. histogram[n]: how many samples have the count n.
+double SaturationLevel(std::span<const std::uint64_t> histogram, const Sensor& sensor);
+
+// Adds the counts, rounded down, to a histogram of 65536 values.
+void AddToHistogram(const Image<float>& counts, std::vector<std::uint64_t>& histogram);
 
 // 1 where a sample is clipped.
 Image<std::uint8_t> Clipped(const Image<float>& counts, const Sensor& sensor);

@@ -55,6 +55,8 @@ def samples(h, payload):
     depth, shape = h["pixel_format"].lstrip("MonoPlarizeBayRGGB"), (h["height"], h["width"])
     if depth in ("8", "10", "12", "14", "16"):
         return numpy.frombuffer(payload, "u1" if depth == "8" else "<u2").reshape(shape)
+    if depth not in ("12p", "12Packed"):
+        raise ValueError(h["pixel_format"] + " is not unpacked here")
     a, b, c = numpy.frombuffer(payload, "u1").reshape(-1, 3).T.astype("u2")
     pair = (a | (b & 15) << 8, b >> 4 | c << 4) if depth == "12p" else (a << 4 | b & 15, c << 4 | b >> 4)
     return numpy.stack(pair, axis=1).reshape(shape)

@@ -15,14 +15,17 @@
 #include <algorithm>
 #include <atomic>
 #include <cstring>
+#include <future>
 #include <limits>
 #include <span>
+#include <thread>
 
 #include "acquisition/camera/pacer.h"
 #include "acquisition/camera/returning_camera.h"
 #include "core/descriptor.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "core/options.h"
 #include "demosaic/pixel_format.h"
 
 #if !ARAVIS_CHECK_VERSION(0, 8, 20)
@@ -48,6 +51,7 @@ class Failure {
   ~Failure() { g_clear_error(&error_); }
   GError** operator&() { return &error_; }
   explicit operator bool() const { return error_ != nullptr; }
+  bool NotFound() const { return g_error_matches(error_, ARV_DEVICE_ERROR, ARV_DEVICE_ERROR_NOT_FOUND); }
   std::string text() const { return error_ ? error_->message : ""; }
   void Throw(const std::string& what, const std::string& where, const std::string& advice = "") const {
     if (error_) throw Error(fmt::format("{} ({})", what, error_->message), where, advice);
@@ -127,7 +131,7 @@ void HearOnly(const sockaddr_in& host, int socket) {
 class AravisCamera : public ReturningCamera {
  public:
   explicit AravisCamera(const std::string& name) : name_(name) {
-    Open(name);
+    Adopt(name, Open(name));
     info_ = ReadInfo();
     hardware_ = HardwareAddress();
   }
@@ -208,11 +212,15 @@ class AravisCamera : public ReturningCamera {
       return;
     }
     if (feature == "chunks") return SwitchChunksOn(value);
-    if (!Has(feature.c_str()))
-      throw Error("the camera has no such feature now", feature, "arv-tool-0.8 features lists what it has");
+    if (!Has(feature.c_str())) {
+      const std::string nearest = NearestName(feature, FeatureNames("Root"));
+      throw Error("the camera has no such feature now", feature,
+                  (nearest.empty() ? "" : "Did you mean " + nearest + "? ") +
+                      "arv-tool-0.8 features lists what it has");
+    }
     Failure failure;
     arv_device_set_features_from_string(Device(), (feature + "=" + value).c_str(), &failure);
-    failure.Throw("the camera refuses this value", feature + "=" + value);
+    failure.Throw("the camera refuses this value", feature + "=" + value, AllowedValues(feature));
   }
 
   void Begin(bool again) override {
@@ -244,32 +252,54 @@ class AravisCamera : public ReturningCamera {
   }
 
   // Its address may be another one now, and another camera may have the old one, or the same serial number.
-  void Reopen() override {
-    arv_update_device_list();
-    std::string name = name_;
-    for (unsigned i = 0; i < arv_get_n_devices(); ++i) {
-      if (!hardware_.empty() && Text(arv_get_device_physical_id(i)) == hardware_)
-        name = Text(arv_get_device_address(i));
-      if (hardware_.empty() && Text(arv_get_device_serial_nbr(i)) == info_.serial)
-        name = Text(arv_get_device_id(i));
-    }
-    Open(name);
+  bool Reopen(std::chrono::milliseconds timeout) override {
+    if (!search_.valid()) search_ = Search(name_, hardware_, info_.serial);
+    if (search_.wait_for(timeout) != std::future_status::ready) return false;
+    auto [name, camera] = search_.get();
+    Adopt(name, std::move(camera));
     const CameraInfo found = ReadInfo();
     if ((!hardware_.empty() && HardwareAddress() != hardware_) || ToJson(found) != ToJson(info_))
       throw Error("another camera answers",
                   fmt::format("{}: {} {} {}", name, found.vendor, found.model, found.serial));
+    return true;
   }
 
  private:
   using Payload = std::vector<std::uint8_t>;
+  using Found = std::pair<std::string, Object<ArvCamera>>;
 
   // Opening.
-  void Open(const std::string& name) {
+  static Object<ArvCamera> Open(const std::string& name) {
     Failure failure;
-    camera_.reset(arv_camera_new(name.c_str(), &failure));
-    if (!camera_)
-      throw Error(fmt::format("the camera cannot be opened ({})", failure ? failure.text() : "not found"),
-                  name, "polarscan cameras lists those that can be seen; another program may hold it");
+    Object<ArvCamera> camera(arv_camera_new(name.c_str(), &failure));
+    if (!camera && (!failure || failure.NotFound())) throw NoSuchCamera("the camera is not there", name);
+    if (!camera)
+      throw Error(fmt::format("the camera cannot be opened ({})", failure.text()), name,
+                  "polarscan cameras lists those that can be seen; another program may hold it");
+    return camera;
+  }
+
+  // On a thread of its own, because it takes seconds where nobody answers: who ends the recording need not
+  // wait for it.
+  static std::future<Found> Search(const std::string& name, const std::string& hardware,
+                                   const std::string& serial) {
+    auto task = std::make_shared<std::packaged_task<Found()>>([=] {
+      arv_update_device_list();
+      std::string now = name;
+      for (unsigned i = 0; i < arv_get_n_devices(); ++i) {
+        if (!hardware.empty() && Text(arv_get_device_physical_id(i)) == hardware)
+          now = Text(arv_get_device_address(i));
+        if (hardware.empty() && Text(arv_get_device_serial_nbr(i)) == serial)
+          now = Text(arv_get_device_id(i));
+      }
+      return Found(now, Open(now));
+    });
+    std::thread([task] { (*task)(); }).detach();
+    return task->get_future();
+  }
+
+  void Adopt(const std::string& name, Object<ArvCamera> camera) {
+    camera_ = std::move(camera);
     if (arv_camera_is_uv_device(camera_.get()))
       arv_camera_uv_set_usb_mode(camera_.get(), ARV_UV_USB_MODE_ASYNC);
     if (IsGige() && !arv_gv_device_is_controller(ARV_GV_DEVICE(Device())))
@@ -315,6 +345,50 @@ class AravisCamera : public ReturningCamera {
     if (ARV_IS_GC_ENUMERATION(node))
       return Text(arv_gc_enumeration_get_string_value(ARV_GC_ENUMERATION(node), &ignored));
     return Text(arv_gc_feature_node_get_value_as_string(ARV_GC_FEATURE_NODE(node), &ignored));
+  }
+
+  // Of this category and those in it.
+  std::vector<std::string> FeatureNames(const char* category) const {
+    std::vector<std::string> names;
+    ArvGcNode* node = arv_device_get_feature(Device(), category);
+    if (!node || !ARV_IS_GC_CATEGORY(node)) return names;
+    for (const GSList* i = arv_gc_category_get_features(ARV_GC_CATEGORY(node)); i; i = i->next) {
+      const auto* name = static_cast<const char*>(i->data);
+      if (ArvGcNode* feature = arv_device_get_feature(Device(), name);
+          feature && ARV_IS_GC_CATEGORY(feature)) {
+        for (std::string& below : FeatureNames(name)) names.push_back(std::move(below));
+      } else {
+        names.emplace_back(name);
+      }
+    }
+    return names;
+  }
+
+  // "It is Off, On", "From 10 to 20"; empty if the camera does not say.
+  std::string AllowedValues(const std::string& feature) const {
+    Failure ignored;
+    ArvGcNode* node = arv_device_get_feature(Device(), feature.c_str());
+    if (node && ARV_IS_GC_ENUMERATION(node)) {
+      guint count = 0;
+      const char** names =
+          arv_gc_enumeration_dup_available_string_values(ARV_GC_ENUMERATION(node), &count, &ignored);
+      std::string text;
+      for (guint i = 0; i < count; ++i) text += (text.empty() ? "It may be " : ", ") + Text(names[i]);
+      g_free(names);
+      return text;
+    }
+    if (node && ARV_IS_GC_BOOLEAN(node)) return "It may be true, false";
+    if (node && ARV_IS_GC_FLOAT(node)) {
+      double least = 0, most = 0;
+      arv_device_get_float_feature_bounds(Device(), feature.c_str(), &least, &most, &ignored);
+      return ignored ? "" : fmt::format("From {:g} to {:g}", least, most);
+    }
+    if (node && ARV_IS_GC_INTEGER(node)) {
+      gint64 least = 0, most = 0;
+      arv_device_get_integer_feature_bounds(Device(), feature.c_str(), &least, &most, &ignored);
+      return ignored ? "" : fmt::format("From {} to {}", least, most);
+    }
+    return "";
   }
 
   // names: separated by commas.
@@ -583,6 +657,7 @@ class AravisCamera : public ReturningCamera {
   std::string name_, format_, hardware_;
   CameraInfo info_;
   Object<ArvCamera> camera_;
+  std::future<Found> search_;  // for the camera that is gone
   Object<ArvStream> stream_;
   Object<ArvChunkParser> chunks_;
   int buffers_ = 24;

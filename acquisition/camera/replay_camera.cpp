@@ -30,7 +30,8 @@ class ReplayCamera : public Camera {
   void Set(const std::string& feature, const std::string& value) override {
     char* end = nullptr;
     const double speed = std::strtod(value.c_str(), &end);
-    if (feature != "speed") throw Error("a recording has no such feature to set", feature, "It has speed");
+    if (feature != "speed")
+      throw Error("a recording has no such feature to set", feature, "It has speed (2: twice as fast)");
     if (value.empty() || *end || !(speed >= 0 && speed <= 1e6))
       throw Error("the speed of a replay is a number from 0 to 1000000", value);
     speed_ = speed;

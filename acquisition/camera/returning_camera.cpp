@@ -35,7 +35,7 @@ Delivery ReturningCamera::Next(Frame& frame, std::chrono::milliseconds timeout) 
   std::this_thread::sleep_until(std::min(next_try_, Clock::now() + timeout));
   if (Clock::now() < next_try_) return Delivery::kNothing;
   try {
-    Reopen();
+    if (!Reopen(timeout)) return Delivery::kNothing;
     for (const auto& [feature, value] : settings_) Apply(feature, value);
     Begin(true);
   } catch (const Error& error) {

@@ -29,8 +29,9 @@ class ReturningCamera : public Camera {
   virtual Delivery Receive(Frame& frame, std::chrono::milliseconds timeout) = 0;
   // Lets go of the device.
   virtual void Close() = 0;
-  // Opens the same camera again. Throws Error if it is not there.
-  virtual void Reopen() = 0;
+  // Opens the same camera again; false if that takes longer, then it is called once more. Throws Error if it
+  // is not there.
+  virtual bool Reopen(std::chrono::milliseconds timeout) = 0;
 
   // Closes the camera; from now on Next looks for it.
   void Leave(const std::string& reason);

@@ -28,11 +28,10 @@ std::vector<Exposure> Expose(const SimulatorOptions& options, const SimulatedSen
   FrameSettings settings{sensor, options.samples, shoot.gain, options.seed, 0};
   settings.sensor.noise = false;
   std::vector<Exposure> exposures;
-  progress.Begin("the simulated camera gets ready", shoot.views.size());
-  for (const SimulatedView& view : shoot.views) {
+  progress.Begin(fmt::format("the simulated camera gets {} pictures ready", shoot.views.size()),
+                 shoot.views.size() * std::size_t(shoot.camera.height), "row");
+  for (const SimulatedView& view : shoot.views)
     exposures.push_back(RenderFrame(shoot.lit, shoot.camera, view.cam_from_world, settings, progress));
-    progress.Advance();
-  }
   return exposures;
 }
 
@@ -45,10 +44,11 @@ std::vector<float> NormalNumbers(std::uint64_t seed) {
   return numbers;
 }
 
-// Standard deviation of a count whose mean is the index.
+// Standard deviation of a count whose mean is the index; the last one is the full well's, which has none.
 std::vector<float> NoiseOfCounts(const SimulatedSensor& sensor) {
-  std::vector<float> sigma(std::size_t(sensor.max_dn()) + 1, 0.0f);
-  for (std::size_t dn = 0; sensor.noise && dn < sigma.size(); ++dn) {
+  const double full = sensor.black_dn() + sensor.dn_per_e() * sensor.full_well_e;
+  std::vector<float> sigma(std::size_t(std::clamp(std::round(full), 1.0, double(sensor.max_dn()))) + 1, 0.0f);
+  for (std::size_t dn = 0; sensor.noise && dn + 1 < sigma.size(); ++dn) {
     const double electrons = std::max(0.0, (double(dn) - sensor.black_dn()) / sensor.dn_per_e());
     const double variance = electrons + sensor.read_noise_e * sensor.read_noise_e;
     sigma[dn] = float(sensor.dn_per_e() * std::sqrt(variance));

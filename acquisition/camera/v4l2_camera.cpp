@@ -23,6 +23,7 @@
 #include "acquisition/camera/returning_camera.h"
 #include "core/descriptor.h"
 #include "core/error.h"
+#include "core/options.h"
 #include "demosaic/pixel_format.h"
 
 namespace polarscan {
@@ -30,21 +31,52 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The raw formats, deepest first.
+// The raw formats, deepest first (16 bits are most often 12 in a larger container). Linux 6.1 has no names
+// for two of them.
 struct Fourcc {
   std::uint32_t code;
   const char* name;
 };
-constexpr Fourcc kFormats[] = {{V4L2_PIX_FMT_Y12, "Mono12"},        {V4L2_PIX_FMT_SRGGB12, "BayerRG12"},
-                               {V4L2_PIX_FMT_SGRBG12, "BayerGR12"}, {V4L2_PIX_FMT_SGBRG12, "BayerGB12"},
-                               {V4L2_PIX_FMT_SBGGR12, "BayerBG12"}, {V4L2_PIX_FMT_Y16, "Mono16"},
-                               {V4L2_PIX_FMT_SRGGB16, "BayerRG16"}, {V4L2_PIX_FMT_SGRBG16, "BayerGR16"},
-                               {V4L2_PIX_FMT_SGBRG16, "BayerGB16"}, {V4L2_PIX_FMT_SBGGR16, "BayerBG16"},
-                               {V4L2_PIX_FMT_Y10, "Mono10"},        {V4L2_PIX_FMT_SRGGB10, "BayerRG10"},
-                               {V4L2_PIX_FMT_SGRBG10, "BayerGR10"}, {V4L2_PIX_FMT_SGBRG10, "BayerGB10"},
-                               {V4L2_PIX_FMT_SBGGR10, "BayerBG10"}, {V4L2_PIX_FMT_GREY, "Mono8"},
-                               {V4L2_PIX_FMT_SRGGB8, "BayerRG8"},   {V4L2_PIX_FMT_SGRBG8, "BayerGR8"},
-                               {V4L2_PIX_FMT_SGBRG8, "BayerGB8"},   {V4L2_PIX_FMT_SBGGR8, "BayerBG8"}};
+constexpr Fourcc kFormats[] = {{V4L2_PIX_FMT_Y14, "Mono14"},
+                               {V4L2_PIX_FMT_SRGGB14, "BayerRG14"},
+                               {V4L2_PIX_FMT_SGRBG14, "BayerGR14"},
+                               {V4L2_PIX_FMT_SGBRG14, "BayerGB14"},
+                               {V4L2_PIX_FMT_SBGGR14, "BayerBG14"},
+                               {v4l2_fourcc('Y', '1', '4', 'P'), "Mono14csi2p"},
+                               {V4L2_PIX_FMT_SRGGB14P, "BayerRG14csi2p"},
+                               {V4L2_PIX_FMT_SGRBG14P, "BayerGR14csi2p"},
+                               {V4L2_PIX_FMT_SGBRG14P, "BayerGB14csi2p"},
+                               {V4L2_PIX_FMT_SBGGR14P, "BayerBG14csi2p"},
+                               {V4L2_PIX_FMT_Y12, "Mono12"},
+                               {V4L2_PIX_FMT_SRGGB12, "BayerRG12"},
+                               {V4L2_PIX_FMT_SGRBG12, "BayerGR12"},
+                               {V4L2_PIX_FMT_SGBRG12, "BayerGB12"},
+                               {V4L2_PIX_FMT_SBGGR12, "BayerBG12"},
+                               {v4l2_fourcc('Y', '1', '2', 'P'), "Mono12csi2p"},
+                               {V4L2_PIX_FMT_SRGGB12P, "BayerRG12csi2p"},
+                               {V4L2_PIX_FMT_SGRBG12P, "BayerGR12csi2p"},
+                               {V4L2_PIX_FMT_SGBRG12P, "BayerGB12csi2p"},
+                               {V4L2_PIX_FMT_SBGGR12P, "BayerBG12csi2p"},
+                               {V4L2_PIX_FMT_Y16, "Mono16"},
+                               {V4L2_PIX_FMT_SRGGB16, "BayerRG16"},
+                               {V4L2_PIX_FMT_SGRBG16, "BayerGR16"},
+                               {V4L2_PIX_FMT_SGBRG16, "BayerGB16"},
+                               {V4L2_PIX_FMT_SBGGR16, "BayerBG16"},
+                               {V4L2_PIX_FMT_Y10, "Mono10"},
+                               {V4L2_PIX_FMT_SRGGB10, "BayerRG10"},
+                               {V4L2_PIX_FMT_SGRBG10, "BayerGR10"},
+                               {V4L2_PIX_FMT_SGBRG10, "BayerGB10"},
+                               {V4L2_PIX_FMT_SBGGR10, "BayerBG10"},
+                               {V4L2_PIX_FMT_Y10P, "Mono10csi2p"},
+                               {V4L2_PIX_FMT_SRGGB10P, "BayerRG10csi2p"},
+                               {V4L2_PIX_FMT_SGRBG10P, "BayerGR10csi2p"},
+                               {V4L2_PIX_FMT_SGBRG10P, "BayerGB10csi2p"},
+                               {V4L2_PIX_FMT_SBGGR10P, "BayerBG10csi2p"},
+                               {V4L2_PIX_FMT_GREY, "Mono8"},
+                               {V4L2_PIX_FMT_SRGGB8, "BayerRG8"},
+                               {V4L2_PIX_FMT_SGRBG8, "BayerGR8"},
+                               {V4L2_PIX_FMT_SGBRG8, "BayerGB8"},
+                               {V4L2_PIX_FMT_SBGGR8, "BayerBG8"}};
 
 int Ask(int fd, unsigned long request, void* argument) {
   int result = 0;
@@ -91,10 +123,11 @@ std::string ControlName(const std::string& name) {
   return result;
 }
 
-std::vector<const Fourcc*> OfferedFormats(int fd) {
+// type: V4L2_BUF_TYPE_VIDEO_CAPTURE or V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE.
+std::vector<const Fourcc*> OfferedFormats(int fd, std::uint32_t type) {
   std::set<std::uint32_t> codes;
   v4l2_fmtdesc description{};
-  description.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  description.type = type;
   for (; Ask(fd, VIDIOC_ENUM_FMT, &description) == 0; ++description.index)
     codes.insert(description.pixelformat);
   std::vector<const Fourcc*> offered;
@@ -103,28 +136,57 @@ std::vector<const Fourcc*> OfferedFormats(int fd) {
   return offered;
 }
 
-bool Captures(const v4l2_capability& capability) {
+// How the device captures: V4L2_BUF_TYPE_VIDEO_CAPTURE, where it must be V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE
+// (raw pictures have one plane in both), 0 where it does not.
+std::uint32_t CaptureType(const v4l2_capability& capability) {
   const std::uint32_t can =
       capability.capabilities & V4L2_CAP_DEVICE_CAPS ? capability.device_caps : capability.capabilities;
-  return (can & V4L2_CAP_VIDEO_CAPTURE) && (can & V4L2_CAP_STREAMING);
+  if (!(can & V4L2_CAP_STREAMING)) return 0;
+  if (can & V4L2_CAP_VIDEO_CAPTURE) return V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  return can & V4L2_CAP_VIDEO_CAPTURE_MPLANE ? V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE : 0;
 }
+
+// What is told and asked about a buffer; the same for both ways of capturing.
+class BufferTalk {
+ public:
+  BufferTalk(std::uint32_t type, std::uint32_t index) {
+    buffer_.index = index;
+    buffer_.type = type;
+    buffer_.memory = V4L2_MEMORY_MMAP;
+  }
+  bool Do(int fd, unsigned long request) {
+    if (planar()) buffer_.m.planes = &plane_, buffer_.length = 1;
+    return Ask(fd, request, &buffer_) == 0;
+  }
+  std::size_t length() const { return planar() ? plane_.length : buffer_.length; }
+  off_t place() const { return off_t(planar() ? plane_.m.mem_offset : buffer_.m.offset); }
+  // Where the picture ends and begins in the buffer.
+  std::size_t bytes() const { return planar() ? plane_.bytesused : buffer_.bytesused; }
+  std::size_t first() const { return planar() ? plane_.data_offset : 0; }
+  const v4l2_buffer& operator*() const { return buffer_; }
+
+ private:
+  bool planar() const { return buffer_.type == V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE; }
+  v4l2_buffer buffer_{};
+  v4l2_plane plane_{};
+};
 
 // The driver's buffers, mapped. A mapping keeps the device open, so none may outlive a failure.
 class Buffers {
  public:
-  explicit Buffers(int fd) : fd_(fd) {}
+  Buffers(int fd, std::uint32_t type) : fd_(fd), type_(type) {}
   void Allocate(int count, const std::string& device) {
     v4l2_requestbuffers request{};
     request.count = std::uint32_t(count);
-    request.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    request.type = type_;
     request.memory = V4L2_MEMORY_MMAP;
     if (Ask(fd_, VIDIOC_REQBUFS, &request) < 0) ThrowRefusal("the camera gives no buffers", device);
     for (std::uint32_t i = 0; i < request.count; ++i) {
-      v4l2_buffer buffer = Buffer(i);
-      if (Ask(fd_, VIDIOC_QUERYBUF, &buffer) < 0) ThrowRefusal("the camera gives no buffers", device);
-      void* memory = ::mmap(nullptr, buffer.length, PROT_READ, MAP_SHARED, fd_, off_t(buffer.m.offset));
+      BufferTalk buffer(type_, i);
+      if (!buffer.Do(fd_, VIDIOC_QUERYBUF)) ThrowRefusal("the camera gives no buffers", device);
+      void* memory = ::mmap(nullptr, buffer.length(), PROT_READ, MAP_SHARED, fd_, buffer.place());
       if (memory == MAP_FAILED) ThrowRefusal("the camera's buffers cannot be mapped", device);
-      memory_.emplace_back(static_cast<const std::uint8_t*>(memory), buffer.length);
+      memory_.emplace_back(static_cast<const std::uint8_t*>(memory), buffer.length());
     }
     for (std::uint32_t i = 0; i < request.count; ++i)
       if (!Give(i)) ThrowRefusal("the camera takes no buffers", device);
@@ -132,28 +194,19 @@ class Buffers {
   ~Buffers() {
     for (const auto& part : memory_) ::munmap(const_cast<std::uint8_t*>(part.data()), part.size());
     v4l2_requestbuffers none{};
-    none.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    none.type = type_;
     none.memory = V4L2_MEMORY_MMAP;
     Ask(fd_, VIDIOC_REQBUFS, &none);
   }
   Buffers(const Buffers&) = delete;
   Buffers& operator=(const Buffers&) = delete;
 
-  static v4l2_buffer Buffer(std::uint32_t index) {
-    v4l2_buffer buffer{};
-    buffer.index = index;
-    buffer.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-    buffer.memory = V4L2_MEMORY_MMAP;
-    return buffer;
-  }
-  bool Give(std::uint32_t index) const {
-    v4l2_buffer buffer = Buffer(index);
-    return Ask(fd_, VIDIOC_QBUF, &buffer) == 0;
-  }
+  bool Give(std::uint32_t index) const { return BufferTalk(type_, index).Do(fd_, VIDIOC_QBUF); }
   std::span<const std::uint8_t> operator[](std::uint32_t index) const { return memory_.at(index); }
 
  private:
   int fd_;
+  std::uint32_t type_;
   std::vector<std::span<const std::uint8_t>> memory_;
 };
 
@@ -184,8 +237,7 @@ class V4l2Camera : public ReturningCamera {
 
   void Stop() override {
     if (!buffers_) return;
-    int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-    Ask(fd(), VIDIOC_STREAMOFF, &type);
+    Ask(fd(), VIDIOC_STREAMOFF, &type_);
     buffers_.reset();
   }
 
@@ -219,10 +271,9 @@ class V4l2Camera : public ReturningCamera {
     CheckLayout();
     ChooseRate();
     WarnWithoutSignal();
-    auto buffers = std::make_unique<Buffers>(fd());
+    auto buffers = std::make_unique<Buffers>(fd(), type_);
     buffers->Allocate(buffer_count_, device_);
-    int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-    if (Ask(fd(), VIDIOC_STREAMON, &type) < 0) ThrowRefusal("the camera does not start", device_);
+    if (Ask(fd(), VIDIOC_STREAMON, &type_) < 0) ThrowRefusal("the camera does not start", device_);
     buffers_ = std::move(buffers);
     started_ = picture_;
     first_.reset();
@@ -232,13 +283,13 @@ class V4l2Camera : public ReturningCamera {
     pollfd ready{fd(), POLLIN, 0};
     const int n = ::poll(&ready, 1, int(timeout.count()));
     if (n == 0 || (n < 0 && errno == EINTR)) return Delivery::kNothing;
-    v4l2_buffer buffer = Buffers::Buffer(0);
-    if (Ask(fd(), VIDIOC_DQBUF, &buffer) < 0) {
+    BufferTalk buffer(type_, 0);
+    if (!buffer.Do(fd(), VIDIOC_DQBUF)) {
       if (errno != EAGAIN) Leave(std::strerror(errno));
       return Delivery::kNothing;
     }
     const Delivery delivery = Take(buffer, frame);
-    if (!buffers_->Give(buffer.index)) Leave(std::strerror(errno));
+    if (!buffers_->Give((*buffer).index)) Leave(std::strerror(errno));
     return delivery;
   }
 
@@ -246,21 +297,27 @@ class V4l2Camera : public ReturningCamera {
     V4l2Camera::Stop();
     file_.reset();
   }
-  void Reopen() override { Open(); }
+  bool Reopen(std::chrono::milliseconds) override {
+    Open();
+    return true;
+  }
 
  private:
   int fd() const { return file_ ? file_->fd : -1; }
 
   void Open() {
     file_ = std::make_unique<Descriptor>(::open(device_.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
+    if (file_->fd < 0 && errno == ENOENT)
+      throw NoSuchCamera("the camera cannot be opened (No such file or directory)", device_);
     if (file_->fd < 0) ThrowRefusal("the camera cannot be opened", device_);
-    if (Ask(fd(), VIDIOC_QUERYCAP, &capability_) < 0 || !Captures(capability_))
+    type_ = Ask(fd(), VIDIOC_QUERYCAP, &capability_) < 0 ? 0 : CaptureType(capability_);
+    if (type_ == 0)
       throw Error("this is no video capture device", device_,
                   "polarscan cameras lists those that can be seen");
-    const auto offered = OfferedFormats(fd());
+    const auto offered = OfferedFormats(fd(), type_);
     if (offered.empty())
       throw Error("the camera offers no raw mosaic", device_,
-                  "It should offer GREY, Y10, Y12, Y16 or raw Bayer");
+                  "It should offer GREY, Y10, Y12, Y14, Y16 or raw Bayer, as words or packed");
     wanted_ = {};
     wanted_.pixelformat = offered.front()->code;
     ChooseFormat();
@@ -269,15 +326,38 @@ class V4l2Camera : public ReturningCamera {
   // Asks for what is wanted. The driver changes what it does not like instead of refusing it.
   void ChooseFormat() {
     v4l2_format format{};
-    format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    format.type = type_;
     if (Ask(fd(), VIDIOC_G_FMT, &format) < 0) ThrowRefusal("the camera does not tell its format", device_);
-    format.fmt.pix.pixelformat = wanted_.pixelformat;
-    if (wanted_.width) format.fmt.pix.width = wanted_.width;
-    if (wanted_.height) format.fmt.pix.height = wanted_.height;
-    format.fmt.pix.field = V4L2_FIELD_NONE;
-    format.fmt.pix.bytesperline = format.fmt.pix.sizeimage = 0;
+    v4l2_pix_format& single = format.fmt.pix;
+    v4l2_pix_format_mplane& planar = format.fmt.pix_mp;
+    const bool is_single = type_ == V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    is_single ? SetWanted(single) : SetWanted(planar);
+    if (is_single) {
+      single.bytesperline = single.sizeimage = 0;
+    } else {
+      planar.num_planes = 1, planar.plane_fmt[0] = {};
+    }
     if (Ask(fd(), VIDIOC_S_FMT, &format) < 0) ThrowRefusal("the camera refuses the format", device_);
-    picture_ = format.fmt.pix;
+    if (!is_single && planar.num_planes != 1)
+      throw Error(fmt::format("the camera sends a picture in {} parts", int(planar.num_planes)), device_,
+                  "Only raw pictures in one part (plane) can be recorded");
+    is_single ? ReadFormat(single, single.bytesperline)
+              : ReadFormat(planar, planar.plane_fmt[0].bytesperline);
+  }
+
+  template <class Format>
+  void SetWanted(Format& format) const {
+    format.pixelformat = wanted_.pixelformat;
+    if (wanted_.width) format.width = wanted_.width;
+    if (wanted_.height) format.height = wanted_.height;
+    format.field = V4L2_FIELD_NONE;
+  }
+  template <class Format>
+  void ReadFormat(const Format& format, std::uint32_t row_bytes) {
+    picture_ = {};
+    picture_.pixelformat = format.pixelformat;
+    picture_.width = format.width, picture_.height = format.height;
+    picture_.bytesperline = row_bytes;
   }
 
   void CheckFormat() const {
@@ -309,7 +389,7 @@ class V4l2Camera : public ReturningCamera {
 
   double FramesPerSecond() const {
     v4l2_streamparm parameters{};
-    parameters.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    parameters.type = type_;
     if (Ask(fd(), VIDIOC_G_PARM, &parameters) < 0) return 0;
     const v4l2_fract time = parameters.parm.capture.timeperframe;
     return time.numerator ? double(time.denominator) / time.numerator : 0;
@@ -317,7 +397,7 @@ class V4l2Camera : public ReturningCamera {
 
   std::uint32_t CodeOf(const std::string& name) const {
     std::string offered;
-    for (const Fourcc* format : OfferedFormats(fd())) {
+    for (const Fourcc* format : OfferedFormats(fd(), type_)) {
       if (name == format->name) return format->code;
       offered += std::string(offered.empty() ? "" : ", ") + format->name;
     }
@@ -327,7 +407,7 @@ class V4l2Camera : public ReturningCamera {
   void SetFramesPerSecond(double rate) {
     if (!(rate > 0 && rate < 1e6)) throw Error("there is no such frame rate", fmt::format("fps={}", rate));
     v4l2_streamparm parameters{};
-    parameters.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    parameters.type = type_;
     parameters.parm.capture.timeperframe = {1000, std::uint32_t(std::lround(1000 * rate))};
     if (Ask(fd(), VIDIOC_S_PARM, &parameters) < 0) ThrowRefusal("the camera refuses the frame rate", device_);
   }
@@ -345,8 +425,14 @@ class V4l2Camera : public ReturningCamera {
   void SetControl(const std::string& name, std::int32_t value) {
     const auto controls = Controls();
     const auto found = controls.find(name);
-    if (found == controls.end())
-      throw Error("the camera has no such feature", name, "v4l2-ctl -L lists what it has");
+    if (found == controls.end()) {
+      std::vector<std::string> names = {"pixel-format", "width", "height", "fps", "input", "buffers"};
+      for (const auto& [known, control] : controls) names.push_back(known);
+      const std::string nearest = NearestName(name, names);
+      throw Error(
+          "the camera has no such feature", name,
+          (nearest.empty() ? "" : "Did you mean " + nearest + "? ") + "v4l2-ctl -L lists what it has");
+    }
     v4l2_control control{found->second.id, value};
     const bool outside = found->second.type == V4L2_CTRL_TYPE_INTEGER &&
                          (value < found->second.minimum || value > found->second.maximum);
@@ -378,7 +464,8 @@ class V4l2Camera : public ReturningCamera {
       progress().Warn("the camera says that no picture arrives at its input " + TextOf(input.name));
   }
 
-  Delivery Take(const v4l2_buffer& buffer, Frame& frame) {
+  Delivery Take(const BufferTalk& talk, Frame& frame) {
+    const v4l2_buffer& buffer = *talk;
     if (!first_) first_ = buffer.sequence;
     FrameInfo& info = frame.info;
     info = {};
@@ -389,13 +476,15 @@ class V4l2Camera : public ReturningCamera {
     info.pixel_format = FormatName();
     info.width = int(picture_.width), info.height = int(picture_.height);
     const PixelFormat format = ParsePixelFormat(info.pixel_format);
-    if (picture_.bytesperline != RowBytes(format, info.width)) info.stride = int(picture_.bytesperline);
+    if (std::size_t(picture_.bytesperline) * picture_.height != PayloadBytes(format, info.width, info.height))
+      info.stride = int(picture_.bytesperline);
     const std::size_t needed = PayloadBytes(format, info.width, info.height, std::size_t(info.stride));
-    const std::size_t bytes = std::min<std::size_t>(buffer.bytesused, (*buffers_)[buffer.index].size());
+    const std::span<const std::uint8_t> memory = (*buffers_)[buffer.index];
+    const std::size_t end = std::min(talk.bytes(), memory.size()), begin = std::min(talk.first(), end);
     if (buffer.flags & V4L2_BUF_FLAG_ERROR) info.name = "marked as damaged by the driver";
-    if (info.name.empty() && bytes < needed) info.name = "too few bytes";
+    if (info.name.empty() && end - begin < needed) info.name = "too few bytes";
     if (!info.name.empty()) return Delivery::kDamaged;
-    const auto data = (*buffers_)[buffer.index].first(needed);
+    const auto data = memory.subspan(begin, needed);
     frame.payload.assign(data.begin(), data.end());
     return Delivery::kFrame;
   }
@@ -403,6 +492,7 @@ class V4l2Camera : public ReturningCamera {
   std::string device_;
   std::unique_ptr<Descriptor> file_;
   v4l2_capability capability_{};
+  std::uint32_t type_ = 0;                 // V4L2_BUF_TYPE_...: how it captures
   v4l2_pix_format wanted_{};               // pixelformat, width and height; 0: any
   v4l2_pix_format picture_{}, started_{};  // what is set; what the stream began with
   std::optional<double> fps_;
@@ -427,8 +517,9 @@ std::vector<CameraInfo> ListV4l2Cameras() {
     if (!entry.path().filename().string().starts_with("video")) continue;
     const Descriptor file(::open(entry.path().c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
     v4l2_capability capability{};
-    if (file.fd < 0 || Ask(file.fd, VIDIOC_QUERYCAP, &capability) < 0 || !Captures(capability)) continue;
-    if (OfferedFormats(file.fd).empty()) continue;
+    if (file.fd < 0 || Ask(file.fd, VIDIOC_QUERYCAP, &capability) < 0) continue;
+    const std::uint32_t type = CaptureType(capability);
+    if (type == 0 || OfferedFormats(file.fd, type).empty()) continue;
     cameras.push_back({ByIdLink(entry.path()), TextOf(capability.driver), TextOf(capability.card),
                        TextOf(capability.bus_info)});
   }

@@ -2,6 +2,7 @@
 #include "acquisition/gige/gige_server.h"
 
 #include <arpa/inet.h>
+#include <ifaddrs.h>
 #include <poll.h>
 #include <sys/socket.h>
 
@@ -74,7 +75,8 @@ std::vector<GigeFeature> FeaturesOf(const GigeSource& source) {
 
 in_addr AddressOf(const std::string& text) {
   in_addr address{};
-  if (::inet_pton(AF_INET, text.c_str(), &address) != 1) throw Error("this is no IPv4 address", text);
+  if (::inet_pton(AF_INET, text.c_str(), &address) != 1)
+    throw Error("this is no IPv4 address", text, "Write it as 127.0.0.1");
   return address;
 }
 
@@ -86,6 +88,19 @@ GigeIdentity IdentityOf(const Camera& source, const in_addr& address) {
   const std::uint32_t host = ntohl(address.s_addr);
   for (int i = 0; i < 4; ++i) identity.address[std::size_t(i)] = std::uint8_t(host >> (24 - 8 * i));
   return identity;
+}
+
+// "127.0.0.1, 192.168.0.7": those that a camera can be at.
+std::string OwnAddresses() {
+  std::string text;
+  ifaddrs* list = nullptr;
+  if (::getifaddrs(&list) != 0) return "127.0.0.1";
+  for (const ifaddrs* i = list; i; i = i->ifa_next)
+    if (i->ifa_addr && i->ifa_addr->sa_family == AF_INET)
+      text += (text.empty() ? "" : ", ") +
+              std::string(::inet_ntoa(reinterpret_cast<const sockaddr_in*>(i->ifa_addr)->sin_addr));
+  ::freeifaddrs(list);
+  return text.empty() ? "127.0.0.1" : text;
 }
 
 // A socket that hears GVCP commands sent to this address, broadcast ones too.
@@ -103,6 +118,9 @@ Descriptor ControlSocket(const in_addr& address, bool required) {
   if (required && errno == EADDRINUSE)
     throw Error("a GigE Vision camera is there already", std::string(::inet_ntoa(address)),
                 "Take another address, on this machine say 127.0.0.2");
+  if (required && errno == EADDRNOTAVAIL)
+    throw Error("this address is not one of this machine's", std::string(::inet_ntoa(address)),
+                "It has " + OwnAddresses());
   if (required) ThrowSystemError("cannot open the camera's control socket", ::inet_ntoa(address));
   return Descriptor(-1);
 }
@@ -126,6 +144,7 @@ class GigeServer::Implementation {
   }
 
   void Run(Progress& progress) {
+    ForgetOldQuestions();
     std::thread stream([&] {
       try {
         Stream(progress);
@@ -161,6 +180,15 @@ class GigeServer::Implementation {
 
  private:
   // Control.
+
+  // Who asked while the camera got ready has given up.
+  void ForgetOldQuestions() const {
+    char byte = 0;
+    for (const int socket : {control_.fd, broadcast_.fd})
+      while (::recv(socket, &byte, 1, MSG_DONTWAIT | MSG_TRUNC) >= 0) {
+      }
+  }
+
   void Serve() {
     pollfd sockets[] = {{control_.fd, POLLIN, 0}, {broadcast_.fd, POLLIN, 0}};
     if (::poll(sockets, 2, int(kPoll.count())) > 0)

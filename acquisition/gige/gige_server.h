@@ -50,7 +50,8 @@ struct GigeCounts {
 // Packet resend, test packets, heartbeat, inter-packet delay, chunk data (kGigeChunks in registers.h).
 class GigeServer {
  public:
-  // address: IPv4, e.g. "127.0.0.1". Throws Error if it cannot be bound (another camera is there already).
+  // address: IPv4, e.g. "127.0.0.1". Throws Error if it cannot be bound (another camera is there already, it
+  // is another machine's). The source may be started after this, before Run.
   GigeServer(GigeSource source, const std::string& address, const GigeServerOptions& options);
   ~GigeServer();
   // Serves until progress is cancelled. Throws what the source throws.

@@ -86,25 +86,38 @@ Image<std::uint16_t> AngleCounts(const Image<float>& light) {
   return counts;
 }
 
+// A new folder that is being filled; of what is not kept nothing stays.
+class FolderToFill {
+ public:
+  explicit FolderToFill(const fs::path& folder) : folder_(folder) { RequireNewSessionFolder(folder); }
+  FolderToFill(const FolderToFill&) = delete;
+  ~FolderToFill() {
+    std::error_code ignored;  // something else has failed, and is told
+    if (kept_ || !fs::is_directory(folder_, ignored)) return;
+    for (const auto& entry : fs::directory_iterator(folder_, ignored)) fs::remove_all(entry.path(), ignored);
+  }
+  void Keep() { kept_ = true; }
+
+ private:
+  fs::path folder_;
+  bool kept_ = false;
+};
+
 }  // namespace
 
 std::size_t ImportSession(const Input& input, const fs::path& folder, Progress& progress) {
   if (input.kind != InputKind::kMosaic || input.session || input.sensor.bits > 16)
     throw Error("only raw mosaics of up to 16 bits become a session", input.folder.string(),
                 "Everything else goes to reconstruct and demosaic as it is");
-  RequireNewSessionFolder(folder);
-  try {
-    WriteFrames(input, folder, progress);
-  } catch (...) {
-    for (const char* part : {"session.json", "segments", "masks", "sparse"}) fs::remove_all(folder / part);
-    throw;
-  }
+  FolderToFill filling(folder);
+  WriteFrames(input, folder, progress);
+  filling.Keep();
   return input.views.size();
 }
 
 std::size_t ExportSession(const Session& session, const fs::path& folder, const std::string& extension,
                           Progress& progress) {
-  RequireNewSessionFolder(folder);
+  FolderToFill filling(folder);
   progress.Begin("exporting", session.frames.size(), "frame");
   const std::vector<SessionView> views = ViewsOf(session);
   const bool several =
@@ -128,6 +141,7 @@ std::size_t ExportSession(const Session& session, const fs::path& folder, const 
                                   {"sensor", SensorOf(session)},
                                   {"camera", session.info.camera},
                                   {"settings", session.info.settings}});
+  filling.Keep();
   return session.frames.size();
 }
 
@@ -136,7 +150,7 @@ std::size_t ExportAngles(const Input& input, const DemosaicMethod& method, const
   if (input.kind != InputKind::kMosaic || !input.sensor.layout.bayer.empty())
     throw Error("only raw mosaics of mono sensors are exported by angle", input.folder.string(),
                 "polarscan demosaic makes Stokes views of every input");
-  RequireNewSessionFolder(folder);
+  FolderToFill filling(folder);
   progress.Begin("exporting", input.views.size());
   for (std::size_t i = 0; i < input.views.size(); ++i) {
     progress.Check();
@@ -151,6 +165,7 @@ std::size_t ExportAngles(const Input& input, const DemosaicMethod& method, const
   WriteJson(folder / "set.json",
             {{"input_kind", "angles"},
              {"sensor", {{"bits", 16}, {"black_dn", kAnglesBlack_dn}, {"white_dn", kAnglesWhite_dn}}}});
+  filling.Keep();
   return input.views.size();
 }
 
@@ -159,7 +174,7 @@ std::size_t ExportCorrected(const Input& input, const fs::path& folder, const st
   if (!input.calibration)
     throw Error("there is no calibration to apply", input.folder.string(),
                 "Give its folder with --calibration");
-  RequireNewSessionFolder(folder);
+  FolderToFill filling(folder);
   progress.Begin("correcting", input.views.size());
   for (std::size_t i = 0; i < input.views.size(); ++i) {
     progress.Check();
@@ -175,6 +190,7 @@ std::size_t ExportCorrected(const Input& input, const fs::path& folder, const st
   sensor.dn_per_e *= sensor.RangeDn() / input.sensor.RangeDn();
   WriteJson(folder / "set.json",
             {{"input_kind", "mosaic"}, {"sensor", ToJson(sensor)}, {"camera", input.binding.camera}});
+  filling.Keep();
   return input.views.size();
 }
 

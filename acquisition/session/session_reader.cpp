@@ -17,11 +17,13 @@ namespace fs = std::filesystem;
 // Goes through the segments of one session and says what it finds.
 class Scanner {
  public:
-  Scanner(Session& session, Verify verify) : session_(session), verify_(verify == Verify::kPayloads) {}
+  Scanner(Session& session, Verify verify, Progress& progress)
+      : session_(session), verify_(verify == Verify::kPayloads), progress_(progress) {}
 
   void Run() {
     const std::vector<std::uint64_t> numbers = SegmentNumbers();
     session_.segments = numbers.empty() ? 0 : numbers.back() + 1;
+    progress_.Begin("reading the session", Megabytes(numbers), "MB");
     for (const std::uint64_t number : numbers) ScanSegment(number, number == numbers.back());
     const std::uint64_t promised = session_.info.closed ? session_.info.records : 0;
     session_.unfinished = tail_;
@@ -31,6 +33,14 @@ class Scanner {
   }
 
  private:
+  static constexpr std::uint64_t kMega = 1'000'000;
+
+  std::size_t Megabytes(const std::vector<std::uint64_t>& numbers) const {
+    std::uint64_t bytes = 0;
+    for (const std::uint64_t number : numbers) bytes += fs::file_size(SegmentPath(session_.folder, number));
+    return std::size_t(bytes / kMega);
+  }
+
   std::vector<std::uint64_t> SegmentNumbers() const {
     std::vector<std::uint64_t> numbers;
     if (!fs::is_directory(session_.folder / "segments")) return numbers;
@@ -51,6 +61,7 @@ class Scanner {
     session_.last_segment_bytes = 0;
     std::uint64_t at = 0;
     while (at < bytes.size()) {
+      progress_.Check();
       const std::optional<Record> record = WholeRecord(bytes.substr(at));
       if (!record) {
         const std::uint64_t next = NextRecord(bytes, at + 1);
@@ -60,9 +71,12 @@ class Scanner {
         continue;
       }
       const bool good = Take(*record, number, at, bytes, verify_ || open_end_);
-      at += kRecordHeaderBytes + record->payload_bytes;
+      const std::uint64_t end = at + kRecordHeaderBytes + record->payload_bytes;
+      progress_.Advance(std::size_t((read_ + end) / kMega - (read_ + at) / kMega));
+      at = end;
       if (good) EndOfWholeRecord(at);
     }
+    read_ += bytes.size();
   }
 
   std::optional<Record> WholeRecord(std::string_view bytes) const {
@@ -116,6 +130,8 @@ class Scanner {
 
   Session& session_;
   bool verify_, open_end_ = false;
+  Progress& progress_;
+  std::uint64_t read_ = 0;  // bytes of the segments before
   std::vector<std::string> tail_;
   std::uint64_t next_index_ = 0;
 };
@@ -139,10 +155,15 @@ FrameCounts CountsOf(const Session& session) {
 }  // namespace
 
 Session OpenSession(const fs::path& folder, Verify verify) {
+  Progress silent;
+  return OpenSession(folder, verify, silent);
+}
+
+Session OpenSession(const fs::path& folder, Verify verify, Progress& progress) {
   Session session;
   session.folder = folder;
   session.info = ReadSessionInfo(folder);
-  Scanner(session, verify).Run();
+  Scanner(session, verify, progress).Run();
   session.info.counts = CountsOf(session);
   return session;
 }

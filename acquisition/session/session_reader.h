@@ -5,6 +5,7 @@
 
 #include "acquisition/session/record.h"
 #include "acquisition/session/session.h"
+#include "core/progress.h"
 
 namespace polarscan {
 
@@ -42,6 +43,8 @@ enum class Verify { kHeaders, kPayloads };
 // Throws Error only if session.json cannot be used or a file cannot be opened; damage to segments is
 // described, and all frames around it are found.
 Session OpenSession(const std::filesystem::path& folder, Verify verify = Verify::kHeaders);
+// The same with progress, one unit a megabyte. Throws Cancelled, too.
+Session OpenSession(const std::filesystem::path& folder, Verify verify, Progress& progress);
 
 // One frame's payload, checksum compared. Throws Error with frame and file if it is damaged.
 Frame ReadFrame(const Session& session, std::size_t frame);

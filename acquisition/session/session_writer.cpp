@@ -2,6 +2,7 @@
 #include "acquisition/session/session_writer.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <random>
 
@@ -26,9 +27,13 @@ SessionInfo NewSessionInfo() {
 }
 
 void RequireNewSessionFolder(const std::filesystem::path& folder) {
-  if (std::filesystem::exists(folder) &&
-      (!std::filesystem::is_directory(folder) || !std::filesystem::is_empty(folder)))
+  if (std::filesystem::exists(folder) && !std::filesystem::is_directory(folder))
+    throw Error("there is a file of this name already", folder.string(), "Give an empty or a new folder");
+  if (std::filesystem::exists(folder) && !std::filesystem::is_empty(folder))
     throw Error("the folder holds something already", folder.string(), "Give an empty or a new folder");
+  std::filesystem::path above = std::filesystem::absolute(folder).lexically_normal();
+  while (!std::filesystem::exists(above)) above = above.parent_path();
+  if (::access(above.c_str(), W_OK) != 0) ThrowSystemError("cannot write here", above);
 }
 
 SessionWriter::SessionWriter(const std::filesystem::path& folder, SessionInfo info,

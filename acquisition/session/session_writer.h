@@ -38,7 +38,7 @@ class SessionWriter {
   bool sync_failed_ = false, new_segment_ = false;
 };
 
-// Throws Error unless the folder is empty or not there.
+// Throws Error unless the folder is empty, or not there and can be made.
 void RequireNewSessionFolder(const std::filesystem::path& folder);
 
 // What a new session.json starts with: a new id and the time.

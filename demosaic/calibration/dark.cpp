@@ -14,6 +14,9 @@ namespace {
 
 constexpr int kFewestDarkFrames = 4;
 constexpr double kBrightestDark = 0.25;  // of the white level: more is light
+constexpr double kMostOverBlack = 0.1;   // of the range, over the black level that was said
+constexpr double kMostUneven = 0.02;     // of the white level, between parts of the picture or polarizers
+constexpr int kParts = 8;                // of the picture's shorter side
 constexpr double kRounding = 1.0 / 12;   // variance, DN^2
 
 // Sums over frames, relative to the first one, so that float32 is enough.
@@ -53,13 +56,44 @@ class DarkSums {
   Image<float> first_, sum_, squares_;
 };
 
+float MedianOfPart(const Image<float>& counts, int x0, int y0, int side) {
+  std::vector<float> part;
+  for (int y = y0; y < y0 + side; y += 2)
+    for (int x = x0; x < x0 + side; x += 2) part.push_back(counts(x, y));
+  const auto middle = part.begin() + std::ptrdiff_t(part.size() / 2);
+  std::ranges::nth_element(part, middle);
+  return *middle;
+}
+
+// By how many counts parts of the picture, and the four places of the cell, differ: the most of them, so that
+// neither hot pixels nor a glowing corner counts.
+double Unevenness(const Image<float>& counts) {
+  const int side = std::max(2, std::min(counts.width(), counts.height()) / kParts / 2 * 2);
+  std::vector<float> medians;
+  for (int y = 0; y + side <= counts.height(); y += side)
+    for (int x = 0; x + side <= counts.width(); x += side)
+      for (const auto& [dx, dy] : {std::pair(0, 0), std::pair(1, 0), std::pair(0, 1), std::pair(1, 1)})
+        medians.push_back(MedianOfPart(counts, x + dx, y + dy, side - 1));
+  std::ranges::sort(medians);
+  const std::size_t tenth = medians.size() / 10;
+  return medians.empty() ? 0 : double(medians[medians.size() - 1 - tenth] - medians[tenth]);
+}
+
 void CheckDark(const Image<float>& counts, const Sensor& sensor, const std::string& name) {
   double sum = 0;
   for (const float value : counts.pixels()) sum += value;
-  const double share = sum / double(counts.size()) / sensor.white_dn;
-  if (share > kBrightestDark)
-    throw Error(fmt::format("this frame is not dark, its mean is {:.0f} % of the white level", 100 * share),
-                name, "Take dark frames with the lens covered");
+  const double mean = sum / double(counts.size()), share = mean / sensor.white_dn;
+  const double over = sensor.black_dn > 0 ? (mean - sensor.black_dn) / sensor.RangeDn() : 0;
+  const double uneven = Unevenness(counts) / sensor.white_dn;
+  const auto refuse = [&](const std::string& why) {
+    throw Error("this frame is not dark, " + why, name, "Take dark frames with the lens covered");
+  };
+  if (share > kBrightestDark) refuse(fmt::format("its mean is {:.0f} % of the white level", 100 * share));
+  if (over > kMostOverBlack)
+    refuse(
+        fmt::format("its mean of {:.0f} DN is far above the black level of {:g} DN", mean, sensor.black_dn));
+  if (uneven > kMostUneven)
+    refuse(fmt::format("its parts differ by {:.0f} % of the white level", 100 * uneven));
 }
 
 double MeanBehind(const Image<float>& values, const Layout& layout, int angle_deg) {

@@ -5,10 +5,12 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <fstream>
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/random.h"
 
 namespace polarscan {
 namespace {
@@ -92,6 +94,28 @@ TEST_F(InputTest, MosaicFolderWithItsLayoutInSetJson) {
   EXPECT_EQ(input.sensor.dn_per_e, 0.375);
   EXPECT_EQ(input.sensor.read_noise_e, 2.5);
   EXPECT_EQ(ReadView(input, 1).pictures[0].planes[0](3, 3), 4000);
+}
+
+// A sensor that saturates at 3800 of 4095, which nobody says. Two thirds of one picture are below that.
+TEST_F(InputTest, WhereSamplesPileUpIsTheWhiteLevelUnlessItIsSaid) {
+  Image<std::uint16_t> dim(96, 64), bright(96, 64);
+  for (std::size_t i = 0; i < dim.size(); ++i) {
+    const double light = Random(5, i).Uniform();
+    dim.pixels()[i] = std::uint16_t(60 + 2000 * light);
+    bright.pixels()[i] = std::uint16_t(std::min(3800.0, 60 + 5600 * light));
+  }
+  WritePng(folder_ / "mosaic/a.png", dim);
+  const InputOptions options = {.layout = "90 45 / 135 0", .bits = 12};
+  EXPECT_EQ(Open(options).sensor.white_dn, 4095);
+  WritePng(folder_ / "mosaic/b.png", bright);
+  const Input input = Open(options);
+  EXPECT_NEAR(input.sensor.white_dn, 3800, 3);
+  EXPECT_SAYS(input.notes.at(0), "pile up at");
+  const Image<std::uint8_t> clipped = Clipped(ReadView(input, 1).pictures[0].planes[0], input.sensor);
+  EXPECT_NEAR(double(std::ranges::count(clipped.pixels(), 1)) / double(clipped.size()), 1 / 3.0, 0.03);
+  EXPECT_EQ(Open({.layout = "90 45 / 135 0", .bits = 12, .white_level = 4095}).sensor.white_dn, 4095);
+  Set(R"({"sensor": {"max_dn": 4095}})");  // which says no more than the bits
+  EXPECT_NEAR(Open(options).sensor.white_dn, 3800, 3);
 }
 
 TEST_F(InputTest, OptionsWinOverSetJson) {

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "core/random.h"
 #include "demosaic/pixel_format.h"
 
 namespace polarscan {
@@ -58,6 +59,67 @@ TEST(LiveView, ClippedSharesGoToTheirPolarizerAndAreSaid) {
   EXPECT_EQ(view.clipped, (std::array<double, 4>{0, 1, 0, 0}));
   EXPECT_TRUE(Advice(view).contains("clipped"));
   EXPECT_FALSE(Advice(view).contains("dark"));
+}
+
+// Light of all levels behind 45 degrees, whose samples end at `full` as far as the noise after the cut lets
+// them; a third of it is beyond that.
+Frame OverexposedFrame(double full, double noise_before, double noise_after) {
+  constexpr int kSide = 256;
+  Image<std::uint16_t> counts(kSide, kSide);
+  for (int y = 0; y < kSide; ++y)
+    for (int x = 0; x < kSide; ++x) {
+      Random random(3, std::uint64_t(x), std::uint64_t(y));
+      const double light = kBlack + 1.5 * (full - kBlack) * random.Uniform();
+      const double cut = std::min(full, light + noise_before * random.Normal());
+      counts(x, y) = std::uint16_t(std::lround(std::clamp(cut + noise_after * random.Normal(), 0.0, 4095.0)));
+    }
+  Frame frame;
+  frame.info.pixel_format = "Mono12";
+  frame.info.width = frame.info.height = kSide;
+  frame.payload = Pack(ParsePixelFormat("Mono12"), counts);
+  return frame;
+}
+
+TEST(LiveView, APileUpAtTheTopIsSaturationWhereverItLies) {
+  const Sensor sensor = TwelveBits("90 45 / 135 0");
+  for (const double full : {4095.0, 4094.0, 4000.0, 3995.0, 3500.0, 2047.0, 1023.0})
+    for (const double noise : {0.0, 20.0}) {
+      const LiveView view = LookAt(OverexposedFrame(full, noise, 0), sensor, 16);
+      for (const double share : view.clipped) EXPECT_NEAR(share, 1 / 3.0, 0.03) << full << " " << noise;
+      EXPECT_TRUE(Advice(view).contains("clipped"));
+    }
+  // Each pixel has a full well of its own, or noise comes after it: within the last tenth.
+  for (const double full : {4000.0, 3950.0}) {
+    const LiveView view = LookAt(OverexposedFrame(full, 20, 30), sensor, 16);
+    for (const double share : view.clipped) EXPECT_NEAR(share, 1 / 3.0, 0.06) << full;
+  }
+}
+
+TEST(LiveView, APictureThatIsSaturatedAllOverIsSaidToBe) {
+  const Sensor sensor = TwelveBits("90 45 / 135 0");
+  for (const double full : {4095.0, 4000.0, 2047.0}) {
+    const LiveView view = LookAt(UniformFrame(sensor.layout, [&](int) { return int(full); }), sensor, 16);
+    EXPECT_EQ(view.clipped, (std::array<double, 4>{1, 1, 1, 1})) << full;
+  }
+  EXPECT_TRUE(Advice(LookAt(UniformFrame(sensor.layout, [](int angle) { return 3900 + angle; }), sensor, 16))
+                  .contains("clipped"));
+}
+
+// An evenly lit wall: a peak of the histogram with nothing above it, which is its light.
+TEST(LiveView, AnEvenBrightPictureIsNotTakenAsSaturated) {
+  for (const double level : {700.0, 1500.0, 3000.0, 3600.0}) {
+    Image<std::uint16_t> counts(256, 256);
+    for (int y = 0; y < 256; ++y)
+      for (int x = 0; x < 256; ++x)
+        counts(x, y) = std::uint16_t(std::lround(
+            level + std::sqrt(level / 3) * Random(4, std::uint64_t(x), std::uint64_t(y)).Normal()));
+    Frame frame;
+    frame.info.pixel_format = "Mono12";
+    frame.info.width = frame.info.height = 256;
+    frame.payload = Pack(ParsePixelFormat("Mono12"), counts);
+    const LiveView view = LookAt(frame, TwelveBits("90 45 / 135 0"), 16);
+    EXPECT_EQ(view.clipped, (std::array<double, 4>{0, 0, 0, 0})) << level;
+  }
 }
 
 TEST(LiveView, ADarkPictureIsSaid) {

@@ -3,14 +3,21 @@
 // session to views.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <pty.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <csignal>
 #include <set>
 #include <thread>
 
 #include "acquisition/session/session_reader.h"
+#include "apps/terminal.h"
 #include "core/files.h"
+#include "core/image_io.h"
 #include "core/random.h"
 #include "program.h"
 
@@ -28,6 +35,43 @@ Words CaptureWords(const fs::path& session, const Words& more = {}) {
     words.insert(words.end(), {"--set", setting});
   words.insert(words.end(), more.begin(), more.end());
   return words;
+}
+
+// What a program writes to a terminal of so many columns, until it ends.
+std::string OnTerminal(const Words& words, unsigned short columns) {
+  const winsize size{24, columns, 0, 0};
+  int terminal = -1;
+  const pid_t child = ::forkpty(&terminal, nullptr, nullptr, &size);
+  if (child == 0) {
+    ::setenv("TERM", "xterm", 1);
+    std::vector<char*> argv;
+    for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));
+    argv.push_back(nullptr);
+    ::execv(argv[0], argv.data());
+    ::_exit(127);
+  }
+  std::string text;
+  char buffer[4096];
+  for (ssize_t n; (n = ::read(terminal, buffer, sizeof buffer)) > 0;) text.append(buffer, std::size_t(n));
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  ::close(terminal);
+  EXPECT_EQ(status, 0) << text;
+  return text;
+}
+
+// The lines that are drawn over each other.
+std::vector<std::string> LiveLines(const std::string& text) {
+  const std::string redraw = "\r\x1b[K";
+  std::vector<std::string> lines;
+  for (std::size_t at = text.find(redraw); at != std::string::npos;) {
+    const std::size_t begin = at + redraw.size();
+    at = text.find(redraw, begin);
+    const std::string line = text.substr(begin, at - begin);
+    if (at != std::string::npos && !line.empty() && line.find('\n') == std::string::npos)
+      lines.push_back(line);
+  }
+  return lines;
 }
 
 bool WaitFor(const fs::path& path, Process& process) {
@@ -67,6 +111,42 @@ TEST_F(CaptureProgram, LostFramesAreSaidAndTheExitCodeTellsToo) {
       CaptureWords(session(), {"--frames", "30", "--set", "fps=500", "--set", "frame-loss=0.3"}));
   EXPECT_EQ(outcome.exit_code, kDataLost) << outcome.err;
   EXPECT_NE(outcome.err.find("never came"), std::string::npos) << outcome.err;
+}
+
+TEST_F(CaptureProgram, TheLiveLineIsNoWiderThanItsTerminal) {
+  for (const unsigned short columns : {20, 40, 80}) {
+    fs::remove_all(session());
+    const Words words = CaptureWords(session(), {"--set", "fps=50", "--seconds", "1.5"});
+    const std::vector<std::string> lines = LiveLines(OnTerminal(Polarscan(words), columns));
+    ASSERT_GT(lines.size(), 4u);
+    for (const std::string& line : lines) EXPECT_LT(line.size(), columns) << line;
+    const auto has = [&](const char* part) {
+      return std::ranges::any_of(lines, [&](const auto& line) { return line.find(part) != line.npos; });
+    };
+    EXPECT_TRUE(has(" frames/s"));
+    EXPECT_EQ(has(" stored"), columns >= 40);
+  }
+}
+
+TEST(TerminalLine, IsCutBehindAWholePart) {
+  EXPECT_EQ(FitTo("  24.0 frames/s, 120.0 MB/s", 27), "  24.0 frames/s, 120.0 MB/s");
+  EXPECT_EQ(FitTo("  24.0 frames/s, 120.0 MB/s", 26), "  24.0 frames/s");
+  EXPECT_EQ(FitTo("  24.0 frames/s, 120.0 MB/s", 15), "  24.0 frames/s");
+  EXPECT_EQ(FitTo("  24.0 frames/s, 120.0 MB/s", 14), "  24.0");
+  EXPECT_EQ(FitTo("abcdefgh", 3), "abc");
+  EXPECT_EQ(FitTo("abc", 0), "");
+}
+
+TEST(TerminalLine, CountsColumnsAndNotBytes) {
+  EXPECT_EQ(FitTo("\xC3\xA4\xC3\xB6\xC3\xBC", 3), "\xC3\xA4\xC3\xB6\xC3\xBC");  // a, o, u with dots
+  EXPECT_EQ(FitTo("\xE5\x9C\x96\xE5\x83\x8F", 3), "\xE5\x9C\x96");              // two wide ones
+  EXPECT_EQ(FitTo("e\xCC\x81"
+                  "f",
+                  2),
+            "e\xCC\x81"
+            "f");                                 // an accent of its own
+  EXPECT_EQ(FitTo("a\nb\x1b[2J", 10), "ab[2J");   // no orders to the terminal
+  EXPECT_EQ(FitTo("\xFF\xE5z", 3), "\xFF\xE5z");  // no UTF-8 at all
 }
 
 TEST_F(CaptureProgram, CtrlCEndsTheSessionInOrder) {
@@ -135,12 +215,119 @@ TEST_F(CaptureProgram, AFullDiskEndsTheRecordingWithAWordAndLeavesAUsableSession
   EXPECT_EQ(found["damage"].size(), 0u);
 }
 
+// Commands that do not go on where they stopped, on pictures of a camera's real size.
+TEST_F(CaptureProgram, CtrlCAtAnyMomentIsAnsweredWithinASecond) {
+  const fs::path pictures = folder_ / "pictures", out = folder_ / "out";
+  Image<std::uint16_t> mosaic(2448, 2048);
+  for (int k = 0; k < 6; ++k) {
+    for (std::size_t i = 0; i < mosaic.size(); ++i)
+      mosaic.pixels()[i] = std::uint16_t(60 + (i * 2654435761u >> 20) % 64 + std::size_t(k));
+    WritePng(pictures / "mosaic" / fmt::format("{}.png", k), mosaic);
+  }
+  WriteJson(pictures / "set.json", {{"sensor", {{"layout", "90 45 / 135 0"}, {"bits", 12}}}});
+  ASSERT_EQ(RunPolarscan({"import", pictures.string(), "-o", session().string()}).exit_code, kDone);
+  const std::string recording = session().string(), to = out.string();
+  const Words real = {"--width", "2448", "--height", "2048", "--rings", "33:4"};
+  Words camera = {"capture", "--camera", "simulated", "-o", to};
+  for (const char* set : {"width=2448", "height=2048", "rings=33:4"})
+    camera.insert(camera.end(), {"--set", set});
+  Words simulate = {"simulate", "--masks", "-o", to}, serve = {"simulate", "--gige", OwnAddress(80)};
+  for (Words* words : {&simulate, &serve}) words->insert(words->end(), real.begin(), real.end());
+  const std::vector<Words> commands = {
+      camera,
+      simulate,
+      serve,
+      {"replay", recording, "--gige", OwnAddress(81)},
+      {"import", pictures.string(), "-o", to},
+      {"export", recording, "-o", to},
+      {"export", recording, "-o", to, "--as", "angles"},
+      {"calibrate", "dark", pictures.string(), "-o", to},
+      {"calibrate", "flat", pictures.string(), "-o", to},
+      {"calibrate", "apply", pictures.string(), "-o", to},
+      {"check", recording},
+      {"check", (pictures / "mosaic" / "0.png").string()},
+      {"doctor", "--folder", folder_.path().string()},
+      {"cameras", "--watch"},
+  };
+  Random random(11);
+  for (const Words& command : commands) {
+    double quickest = 1e9;
+    for (int round = 0; round < 2; ++round) {
+      fs::remove_all(out);
+      Process process(Polarscan(command));
+      std::this_thread::sleep_for(std::chrono::milliseconds(50 + random.Below(1500)));
+      process.Signal(SIGINT);
+      const auto asked = std::chrono::steady_clock::now();
+      const Outcome outcome = process.Wait(30);
+      const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - asked).count();
+      quickest = std::min(quickest, seconds);
+      EXPECT_LT(seconds, 4) << command[0] << outcome.err;  // other tests run beside this one
+      EXPECT_LE(outcome.exit_code, 128 + SIGINT) << command[0] << outcome.err;
+      EXPECT_EQ(outcome.err.find("to go on"), std::string::npos) << command[0] << outcome.err;
+    }
+    EXPECT_LT(quickest, 1) << fmt::format("{} {}", command[0], command[1]);
+  }
+}
+
 TEST_F(CaptureProgram, AFolderWithFilesIsNotRecordedInto) {
   WriteFileAtomically(session() / "thesis.txt", "irreplaceable");
   const Outcome outcome = RunPolarscan(CaptureWords(session(), {"--frames", "1"}));
   EXPECT_EQ(outcome.exit_code, kFailed);
   EXPECT_NE(outcome.err.find(session().string()), std::string::npos) << outcome.err;
   EXPECT_EQ(ReadFile(session() / "thesis.txt"), "irreplaceable");
+}
+
+// What is asked, and words of the answer; nothing of it begins to record.
+TEST_F(CaptureProgram, WhatCannotBeRecordedIsSaidWithItsCure) {
+  const auto capture = [this](const Words& more) {
+    Words words = {"capture", "-o", session().string()};
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  };
+  const auto simulated = [&](const std::string& setting) {
+    return capture({"--camera", "simulated", "--set", setting});
+  };
+  WriteFileAtomically(folder_ / "file", "");
+  const std::vector<std::tuple<Words, int, Words>> table = {
+      {capture({"--camera", "simulatet"}),
+       kFailed,
+       {"no such camera now", "Did you mean simulated?", "replay:SESSION"}},
+      {capture({"--camera", "/dev/video99"}), kFailed, {"no such camera now", "There are "}},
+      {capture({"--camera", "replay:nowhere"}), kFailed, {"nowhere"}},
+      {simulated("exposur=3"), kFailed, {"Did you mean exposure?"}},
+      {simulated("exposure=5000"), kFailed, {"0.001 to 1000"}},
+      {simulated("exposure=much"), kFailed, {"exposure"}},
+      {simulated("exposure"), kFailed, {"Name=Value"}},
+      {simulated("pixel-format=Mono9"), kFailed, {"Mono9", "as in Mono12p"}},
+      {capture({"--camera", "simulated", "--frames", "-1"}), kWrongUsage, {"--frames"}},
+      {{"capture", "--camera", "simulated", "-o", (folder_ / "file").string()},
+       kFailed,
+       {"a file of this name"}},
+      {CaptureWords("/proc/session", {"--frames", "1"}), kFailed, {"/proc"}},
+      {{"simulate", "--gige", "192.0.2.1", "--width", "2448", "--height", "2048"},
+       kFailed,
+       {"not one of this machine's", "127.0.0.1"}},
+      {{"simulate", "--gige", "camera"}, kFailed, {"no IPv4 address"}},
+  };
+  for (const auto& [words, code, parts] : table) {
+    const Outcome outcome = Process(Polarscan(words)).Wait(20);
+    EXPECT_EQ(outcome.exit_code, code) << words.back() << outcome.err;
+    for (const std::string& part : parts)
+      EXPECT_NE((outcome.err + outcome.out).find(part), std::string::npos) << part << " in " << outcome.err;
+    EXPECT_FALSE(fs::exists(session())) << words.back();
+  }
+}
+
+TEST_F(CaptureProgram, WhoStopsItBeforeItBeginsReadsThatThereIsNothing) {
+  Words words = {"capture", "--camera", "simulated", "-o", session().string()};
+  for (const char* set : {"width=2448", "height=2048"}) words.insert(words.end(), {"--set", set});
+  Process process(Polarscan(words));
+  std::this_thread::sleep_for(std::chrono::seconds(1));
+  process.Signal(SIGINT);
+  const Outcome outcome = process.Wait(30);
+  EXPECT_EQ(outcome.exit_code, kFailed);
+  EXPECT_NE(outcome.err.find("the recording had not begun"), std::string::npos) << outcome.err;
+  EXPECT_FALSE(fs::exists(session()));
 }
 
 // Without network, if that may be: the only camera that it sees there could be that of another test.
@@ -184,6 +371,45 @@ TEST_F(CaptureProgram, CamerasThatComeAndGoAreSeen) {
   EXPECT_TRUE(WaitForWords(words, "gone: ")) << ReadFile(words);
   watch.Signal(SIGINT);
   EXPECT_EQ(watch.Wait().exit_code, kDone);
+}
+
+// A camera that begins with 8 bits is set to 12, and what is seen of it is measured by those.
+TEST_F(CaptureProgram, TheLiveViewMeasuresByTheFormatThatIsRecorded) {
+  const std::string address = OwnAddress(82);
+  Words serve = {"simulate", "--gige",   address, "--pixel-format", "Mono8", "--fps",     "20", "--width",
+                 "128",      "--height", "96",    "--rings",        "33:3",  "--samples", "1"};
+  Process camera(Polarscan(serve));
+  const Words record = {"capture",          "--camera",  address, "--wait",   "60",           "-o",
+                        session().string(), "--seconds", "3",     "--layout", "90 45 / 135 0"};
+  const Outcome outcome = RunPolarscan(record);
+  ASSERT_TRUE(outcome.exit_code == kDone || outcome.exit_code == kDataLost) << outcome.err;
+  EXPECT_NE(outcome.err.find("PixelFormat set from Mono8 to Mono12p"), std::string::npos) << outcome.err;
+  EXPECT_EQ(outcome.err.find("are clipped"), std::string::npos) << outcome.err;
+  EXPECT_EQ(ReadJson(session() / "session.json")["sensor"]["bits"], 12);
+  // Who comes second reads that the camera is in use.
+  Words first = record, second = record;
+  first[6] = (folder_ / "first").string(), second[6] = (folder_ / "second").string(), second[4] = "0";
+  first.insert(first.end(), {"--set", "ExposureTim=3"});
+  EXPECT_NE(RunPolarscan(first).err.find("the camera has no such feature now: ExposureTim"),
+            std::string::npos);
+  first.resize(first.size() - 2);
+  first[8] = "20";
+  Process holder(Polarscan(first));
+  ASSERT_TRUE(WaitFor(folder_ / "first" / "session.json", holder));
+  EXPECT_NE(RunPolarscan(second).err.find("another program controls this camera"), std::string::npos);
+  EXPECT_NE(RunPolarscan(serve).err.find("a GigE Vision camera is there already"), std::string::npos);
+  holder.Signal(SIGINT);
+  camera.Signal(SIGINT);
+  EXPECT_EQ(camera.Wait(20).exit_code, kDone);
+}
+
+TEST_F(CaptureProgram, OverexposedRecordingsAreSaidWhileTheyAreMade) {
+  for (const auto& [exposure, clips] : {std::pair("exposure=4", true), std::pair("exposure=0.5", false)}) {
+    fs::remove_all(session());
+    const Outcome outcome = RunPolarscan(CaptureWords(session(), {"--seconds", "2", "--set", exposure}));
+    ASSERT_EQ(outcome.exit_code, kDone) << outcome.err;
+    EXPECT_EQ(outcome.err.find("are clipped: less exposure") != std::string::npos, clips) << outcome.err;
+  }
 }
 
 TEST_F(CaptureProgram, StockToolsReadAndStreamTheSimulatedGigeCamera) {

@@ -94,6 +94,28 @@ TEST(CalibrateDark, RefusesLightAndTooFewFrames) {
       "not dark");
 }
 
+// Pictures of something instead of dark frames: dim all over, or with something dim in them.
+TEST(CalibrateDark, RefusesDimPictures) {
+  CountingSensor camera(64, 64, 0, 0);
+  Progress silent;
+  const auto calibrate = [&](double left_e, double right_e) {
+    CalibrateDark(Frames(8,
+                         [&](int k) {
+                           Image<float> counts = camera.Take(left_e, std::uint64_t(k));
+                           const Image<float> right = camera.Take(right_e, std::uint64_t(k));
+                           for (int y = 0; y < 64; ++y)
+                             std::copy_n(right.row(y) + 32, 32, counts.row(y) + 32);
+                           return counts;
+                         }),
+                  camera.sensor, silent);
+  };
+  calibrate(0, 0);
+  ExpectError([&] { calibrate(2000, 2000); }, "far above the black level of 60 DN");
+  ExpectError([&] { calibrate(0, 400); }, "its parts differ by");
+  camera.sensor.black_dn = 0;  // not said
+  ExpectError([&] { calibrate(0, 400); }, "its parts differ by");
+}
+
 TEST(CalibrateFlat, FindsGainAndReadNoiseFromPairsOfFrames) {
   const CountingSensor camera(128, 96, 3, 0.02);
   Progress silent;

@@ -65,7 +65,8 @@ TEST(FusedDemosaic, GivesWhatItsStepsGiveForEveryLayout) {
 }
 
 TEST(FusedDemosaic, GivesWhatItsStepsGiveForEveryFormat) {
-  for (const char* format : {"Mono8", "Mono10", "Mono12", "Mono16", "Mono10p", "Mono12p", "Mono12Packed"})
+  for (const char* format :
+       {"Mono8", "Mono10", "Mono12", "Mono16", "Mono10p", "Mono12p", "Mono12Packed", "Mono10csi2p"})
     for (const int width : {64, 63, 41})
       ExpectSameAsStepByStep("bilinear", ParsePixelFormat(format), ParseLayout("90 45 / 135 0"), width, 35);
 }

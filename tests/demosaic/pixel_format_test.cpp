@@ -50,6 +50,26 @@ TEST(PixelFormat, Mono10pHasFourSamplesInFiveBytes) {
   EXPECT_EQ(UnpackRow("Mono10p", {0xFF, 0x03, 0x10, 0x60, 0x55}, 4), (Samples{0x3FF, 0, 0x201, 0x155}));
 }
 
+// From the tables of the kernel's documentation of V4L2_PIX_FMT_Y10P, Y12P, SRGGB14P.
+TEST(PixelFormat, MipiFormatsHaveTheHighBitsOfAGroupBeforeItsLowBits) {
+  EXPECT_EQ(UnpackRow("Mono10csi2p", {0xFF, 0x00, 0x80, 0x55, 0b01'10'00'11}, 4),
+            (Samples{0x3FF, 0x000, 0x202, 0x155}));
+  EXPECT_EQ(UnpackRow("BayerRG12csi2p", {0xAB, 0x12, 0x3C}, 2), (Samples{0xABC, 0x123}));
+  EXPECT_EQ(UnpackRow("Mono14csi2p", {0x80, 0x01, 0xFF, 0x00, 0b01'100001, 0b1110'0100, 0b111111'00}, 4),
+            (Samples{0x80 << 6 | 0b100001, 0x01 << 6 | 0b010001, 0xFF << 6 | 0b001110, 0b111111}));
+}
+
+// A row that ends within a group takes the whole group, as drivers lay it out.
+TEST(PixelFormat, RowsOfMipiFormatsAreWholeGroups) {
+  EXPECT_EQ(RowBytes(ParsePixelFormat("Mono10csi2p"), 5), 10u);
+  EXPECT_EQ(RowBytes(ParsePixelFormat("Mono12csi2p"), 3), 6u);
+  EXPECT_EQ(RowBytes(ParsePixelFormat("Mono14csi2p"), 8), 14u);
+  const Bytes two_rows = {1, 2, 3, 4, 0, 5, 0, 0, 0, 0, 6, 7, 8, 9, 0, 10, 0, 0, 0, 0};
+  const auto image = Unpack(ParsePixelFormat("Mono10csi2p"), two_rows, 5, 2, 10);
+  EXPECT_EQ(image(4, 0), 5 << 2);
+  EXPECT_EQ(image(4, 1), 10 << 2);
+}
+
 TEST(PixelFormat, BayerAndPolarizeNamesPackAsMonoAndNameTheirColours) {
   EXPECT_EQ(UnpackRow("BayerRG12p", {0xBC, 0x3A, 0x12}, 2), (Samples{0xABC, 0x123}));
   EXPECT_EQ(UnpackRow("PolarizeMono12Packed", {0xAB, 0x3C, 0x12}, 2), (Samples{0xABC, 0x123}));
@@ -72,7 +92,8 @@ TEST(PixelFormat, VendorsNamesOfPolarizedFormatsAreTheirPlainOnes) {
 }
 
 TEST(PixelFormat, WhatIsPackedComesBackForEverySizeAndFormat) {
-  for (const char* depth : {"8", "10", "12", "14", "16", "10p", "12p", "12Packed"}) {
+  for (const char* depth :
+       {"8", "10", "12", "14", "16", "10p", "12p", "12Packed", "10csi2p", "12csi2p", "14csi2p"}) {
     const PixelFormat format = ParsePixelFormat(std::string("Mono") + depth);
     for (int width = 1; width < 12; ++width)
       for (int height = 1; height < 4; ++height) {

@@ -18,6 +18,7 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 constexpr char kWebcam[] = "n_devs=1 node_types=0x1";
+constexpr char kManyPlanes[] = "n_devs=1 node_types=0x1 multiplanar=2";
 constexpr char kHdmiCable[] =
     "n_devs=1 node_types=0x101 num_inputs=1 input_types=3 num_outputs=1 output_types=1";
 
@@ -166,6 +167,39 @@ TEST_F(V4l2, OnlyCamerasAreListedByTheirLastingNames) {
             std::string::npos);
 }
 
+// A test picture without a clock in it, as the driver draws it.
+TEST_F(V4l2, AMultiplanarCameraSendsTheSamePictures) {
+  std::vector<std::vector<std::uint8_t>> pictures;
+  for (const char* options : {kWebcam, kManyPlanes}) {
+    LoadVivid(options);
+    camera_ = OpenV4l2Camera(kCapture);
+    EXPECT_EQ(ListV4l2Cameras().size(), 1u);
+    for (const auto& [name, value] : {std::pair("width", "320"), {"height", "180"}, {"fps", "25"}})
+      camera_->Set(name, value);
+    camera_->Set("osd_text_mode", "2");
+    camera_->Set("pixel-format", "Mono12");
+    camera_->Start(messages_);
+    ASSERT_NO_FATAL_FAILURE(Expect(Delivery::kFrame));
+    EXPECT_EQ(frame_.info.width, 320);
+    EXPECT_EQ(camera_->features()["fps"], 25);
+    pictures.push_back(frame_.payload);
+    camera_.reset();
+    ASSERT_TRUE(UnloadVivid());
+  }
+  EXPECT_EQ(pictures[0].size(), 2u * 320 * 180);
+  EXPECT_TRUE(pictures[0] == pictures[1]);
+  LoadVivid(kManyPlanes);  // and it comes back as others do
+  camera_ = OpenV4l2Camera(kCapture);
+  camera_->Set("width", "320");
+  camera_->Set("height", "180");
+  camera_->Start(messages_);
+  Expect(Delivery::kFrame);
+  const std::uint64_t frames = frame_.info.sequence + 1;
+  SetControl(kCapture, "Disconnect");
+  ExpectLoss();
+  ExpectRestart(frames);
+}
+
 TEST_F(V4l2, SettingsMayComeInAnyOrder) {
   LoadVivid(kWebcam);
   camera_ = OpenV4l2Camera(kCapture);
@@ -218,8 +252,9 @@ TEST_F(V4l2, WhatTheCameraCannotDoIsRefusedWithAReason) {
   EXPECT_EQ(error_of("width", "wide"), "this is not a number that the camera could take: width=wide");
   EXPECT_EQ(error_of("brightness", "7O"), "this is not a number that the camera could take: brightness=7O");
   EXPECT_EQ(error_of("brightness", "1000"), "the camera refuses this value: brightness=1000. From 0 to 255");
-  EXPECT_EQ(error_of("sharpnes", "1"),
-            "the camera has no such feature: sharpnes. v4l2-ctl -L lists what it has");
+  EXPECT_EQ(
+      error_of("brightnes", "1"),
+      "the camera has no such feature: brightnes. Did you mean brightness? v4l2-ctl -L lists what it has");
   EXPECT_NE(error_of("pixel-format", "Mono9").find("It has Mono12, "), std::string::npos);
   EXPECT_EQ(error_of("fps", "-3"), "there is no such frame rate: fps=-3");
   EXPECT_EQ(error_of("input", "9"), "the camera has no such input (Invalid argument): 9");
