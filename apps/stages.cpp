@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/stages.h"
 
+#include <algorithm>
+
 #include "apps/report.h"
 #include "apps/views.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "fusion/surface_maps.h"
+#include "stereo/sfm/known_poses.h"
 #include "stereo/workspace.h"
 
 namespace polarscan {
@@ -20,6 +23,21 @@ std::string HashOfFiles(const fs::path& folder) {
 }
 
 }  // namespace
+
+void CheckKnownPoses(const Input& input, Progress& progress) {
+  if (!input.known_model) return;
+  const bool one_size = input.kind != InputKind::kPhotos;  // photos may differ, and be turned
+  std::vector<View> views;
+  for (const InputView& view : input.views)
+    views.push_back({view.name, one_size ? input.width : 0, one_size ? input.height : 0});
+  std::ranges::sort(views, {}, &View::name);
+  ReadKnownPoses(*input.known_model, views, progress);
+}
+
+SfmOptions WithMasksOf(SfmOptions options, const UndistortOptions& dense) {
+  if (!dense.masks && options.masks == "auto") options.masks = "no";
+  return options;
+}
 
 void RunViews(Scan& scan, const Input& input, const DemosaicOptions& options) {
   DemosaicOptions effective = options;

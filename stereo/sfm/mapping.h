@@ -20,6 +20,7 @@ struct Mapping {
   Progress& progress;
 
   std::filesystem::path database() const { return folder / "database.db"; }
+  std::filesystem::path database_note() const { return folder / "database.json"; }  // what it was made of
 };
 
 // SIFT features of all pictures. A database of the same pictures and options is gone on with (COLMAP skips
@@ -39,12 +40,16 @@ struct MappingAttempt {
   bool lenient = false;
 };
 
-// Runs the mapper into models/NAME and returns the best of its models (BestModel).
-SparseModel MapViews(const Mapping& mapping, const MappingAttempt& attempt);
+// Runs the mapper into models/NAME and returns its models (ReadModels): of each part of the pictures that
+// hangs together and has three of them or more.
+std::vector<SparseModel> MapViews(const Mapping& mapping, const MappingAttempt& attempt);
 
-// The model with most registered views, then most points, of those in the folder's subfolders; empty if there
-// is none. A damaged model is skipped with a warning.
-SparseModel BestModel(const std::filesystem::path& models, Progress& progress);
+// The models in the folder's subfolders, that with most registered views, then most points, first. A damaged
+// one is skipped with a warning.
+std::vector<SparseModel> ReadModels(const std::filesystem::path& models, Progress& progress);
+
+// The first one; an empty model if there is none.
+SparseModel BestOf(const std::vector<SparseModel>& models);
 
 // Points for known poses: COLMAP's point_triangulator on the database's matches. limit_px: reprojection error
 // of a point that is kept; 4 is COLMAP's own.

@@ -75,8 +75,8 @@ void FakeColmap::ExtractorWrites(const std::vector<std::string>& names, int keyp
     sql += fmt::format("INSERT INTO images VALUES ({}, '{}', 1);", i + 1, names[i]);
     sql += fmt::format("INSERT INTO keypoints VALUES ({}, {});", i + 1, keypoints);
     if (int(i) + 1 < matched)
-      matches +=
-          fmt::format("INSERT INTO two_view_geometries VALUES ({}, 50);", (i + 1) * 2147483647 + i + 2);
+      matches += fmt::format("INSERT INTO two_view_geometries VALUES ({}, {});", (i + 1) * 2147483647 + i + 2,
+                             matches_);
   }
   sql += descriptors_;
   std::filesystem::remove(folder_ / "prepared.db");
@@ -99,8 +99,12 @@ void FakeColmap::Change(const std::string& name, const std::string& sql) {
 void FakeColmap::ImportsMatches() {
   descriptor_tables_ = "CREATE TABLE descriptors (image_id INTEGER, rows INTEGER, cols INTEGER, data BLOB);";
   descriptors_ = "INSERT INTO descriptors SELECT image_id, 20, 128, randomblob(20 * 128) FROM images;";
-  WriteFileAtomically(folder_ / "options",
-                      ReadFile(folder_ / "options") + "  --match_list_path arg\n  --match_type arg\n");
+  ListsOption("match_list_path");
+  ListsOption("match_type");
+}
+
+void FakeColmap::ListsOption(const std::string& name) {
+  WriteFileAtomically(folder_ / "options", ReadFile(folder_ / "options") + "  --" + name + " arg\n");
 }
 
 void FakeColmap::ExtractorGuessesFocalLength(int width, int height) {

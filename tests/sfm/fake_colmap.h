@@ -25,6 +25,10 @@ class FakeColmap {
   // feature_extractor leaves a database with these pictures; the matchers then match the first `matched` of
   // them with their neighbours.
   void ExtractorWrites(const std::vector<std::string>& names, int keypoints, int matched);
+  // From now on matched pictures have so many verified matches instead of 50.
+  void Matches(int count) { matches_ = count; }
+  // Its help lists this option, too.
+  void ListsOption(const std::string& name);
   // From now on pictures have 20 random descriptors each, and matches can be imported.
   void ImportsMatches();
   // The extractor's database also holds one camera of this size: SIMPLE_RADIAL, focal length a guess.
@@ -37,6 +41,7 @@ class FakeColmap {
 
   std::filesystem::path folder_;
   std::string descriptor_tables_, descriptors_;
+  int matches_ = 50;
 };
 
 }  // namespace polarscan
