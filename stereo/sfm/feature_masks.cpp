@@ -87,15 +87,12 @@ void MatchMaskedFeatures(const Mapping& m, const std::string& matcher) {
   MatchFeatures(m, matcher);
   const Stillness stillness =
       MeasureStillness(places, ReadMatches(m.database(), Matches::kFound), inside, LongestSide(m));
-  const std::string pairs = fmt::format("in {} of {} pairs of pictures", stillness.still, stillness.pairs);
+  const std::string why = fmt::format("the background stands still in {} of {} pairs of pictures",
+                                      stillness.still, stillness.pairs);
   if (!stillness.IsBackground())
-    return m.progress.Info("poses from the whole pictures: what is outside of the masks stands still " +
-                           pairs + " only (--sfm-masks auto)");
-  m.progress.Info(
-      fmt::format("poses without what stands still outside of the masks, as most of it does {}: {} of {} "
-                  "features are left out "
-                  "(--sfm-masks auto)",
-                  pairs, CountSet(stillness.features), all));
+    return m.progress.Info(fmt::format("poses from the whole pictures: {} (--sfm-masks auto)", why));
+  m.progress.Info(fmt::format("poses without {} of {} features outside of the masks: {} (--sfm-masks auto)",
+                              CountSet(stillness.features), CountSet(outside), why));
   Drop(m, stillness.features);
   MatchFeatures(m, matcher);
 }

@@ -223,7 +223,7 @@ std::vector<SparseModel> MapViews(const Mapping& m, const MappingAttempt& attemp
   CreateFolder(output);
   if (m.options.focal_px <= 0) SetGuessedFocalLengths(m.database(), attempt.focal_factor);
   std::vector<ColmapOption> options = MapperOptions(m, output);
-  options.push_back({{"Mapper.min_model_size"}, "3"});  // COLMAP's 10 throws small parts away
+  options.push_back({{"Mapper.min_model_size"}, std::to_string(attempt.least)});
   if (attempt.lenient)
     options.insert(options.end(), {{{"Mapper.init_min_tri_angle"}, "5"},
                                    {{"Mapper.init_min_num_inliers"}, "40"},

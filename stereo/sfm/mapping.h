@@ -33,15 +33,17 @@ void ExtractFeatures(const Mapping& mapping);
 void MatchFeatures(const Mapping& mapping, const std::string& matcher);
 
 // One run of the mapper. focal_factor: where it starts from if nothing is known of the focal length, times
-// the larger side of the picture (1.2 is COLMAP's own guess). lenient: lower thresholds.
+// the larger side of the picture (1.2 is COLMAP's own guess). lenient: lower thresholds. least: pictures of a
+// model that is kept (10 is COLMAP's own number; with fewer a bad start of a good set is kept as well).
 struct MappingAttempt {
   std::string name;
   double focal_factor = 1.2;
   bool lenient = false;
+  int least = 10;
 };
 
-// Runs the mapper into models/NAME and returns its models (ReadModels): of each part of the pictures that
-// hangs together and has three of them or more.
+// Runs the mapper into models/NAME and returns its models (ReadModels), one of each part of the pictures that
+// hangs together.
 std::vector<SparseModel> MapViews(const Mapping& mapping, const MappingAttempt& attempt);
 
 // The models in the folder's subfolders, that with most registered views, then most points, first. A damaged

@@ -19,6 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr std::size_t kExhaustiveLimit = 40;  // pictures: 780 pairs
+constexpr int kSmallPart = 3;                 // pictures that make a model of their own in the end
 
 // With known poses.
 bool NeedsColmap(const SfmOptions& options) { return options.triangulate || options.bundle_adjustment; }
@@ -85,14 +86,20 @@ void CheckNames(const std::vector<SparseModel>& models, const std::vector<View>&
                     where.string(), "Remove this folder and run the same command again");
 }
 
-// Names in all models but the first.
-std::vector<std::vector<std::string>> PicturesOfOthers(const std::vector<SparseModel>& models) {
-  std::vector<std::vector<std::string>> others;
-  for (std::size_t i = 1; i < models.size(); ++i) {
-    others.emplace_back();
-    for (const auto& [id, image] : models[i].images) others.back().push_back(image.name);
+// Of each model but the first the pictures that are not in the first, where they are two at least.
+std::vector<std::vector<std::string>> PiecesOf(const std::vector<SparseModel>& models) {
+  std::vector<std::vector<std::string>> pieces;
+  std::set<std::string> placed;
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    std::vector<std::string> piece;
+    for (const auto& [id, image] : models[i].images)
+      if (i == 0 || !placed.contains(image.name)) piece.push_back(image.name);
+    if (i == 0)
+      placed = {piece.begin(), piece.end()};
+    else if (piece.size() > 1)
+      pieces.push_back(std::move(piece));
   }
-  return others;
+  return pieces;
 }
 
 // On a scene that is mostly a plane the mapper can settle in a wrong focal length: points then miss their
@@ -137,8 +144,16 @@ void TryInsideMasks(const Mapping& m, const std::string& matcher, std::vector<Sp
   evidence = {.images = ReadDatabase(m), .masked = true};
 }
 
+// How many of the views are in none of the models.
+std::size_t CountUnplaced(const std::vector<SparseModel>& models, const std::vector<View>& views) {
+  std::set<std::string> placed;
+  for (const SparseModel& model : models)
+    for (const auto& [id, image] : model.images) placed.insert(image.name);
+  return views.size() - placed.size();
+}
+
 // Tries what costs little first: as asked; then all pairs, if only neighbours were matched; then lower
-// thresholds; then only what is inside of masks; then other focal lengths.
+// thresholds; then small parts too; then only what is inside of masks; then other focal lengths.
 SparseModel EstimateByColmap(const Mapping& m, Evidence& evidence) {
   ExtractFeatures(m);
   const bool automatic = m.options.matcher == "auto";
@@ -151,19 +166,22 @@ SparseModel EstimateByColmap(const Mapping& m, Evidence& evidence) {
     m.progress.Info(
         fmt::format("{} of {} views placed; another attempt", BestOf(found).images.size(), m.views.size()));
     std::vector<SparseModel> models = MapViews(m, attempt);
-    if (BestOf(models).images.size() > BestOf(found).images.size()) found = std::move(models);
+    if (BestOf(models).images.size() > BestOf(found).images.size()) std::swap(found, models);
+    found.insert(found.end(), models.begin(), models.end());  // they tell what hangs together
   };
   if (!is_good() && automatic && !few) {
     MatchFeatures(m, matcher = "exhaustive");
     improve({"all-pairs"});
   }
   if (!is_good()) improve({.name = "lenient", .lenient = true});
+  if (!is_good() && CountUnplaced(found, m.views) >= std::size_t(kSmallPart))
+    improve({.name = "parts", .least = kSmallPart});
   evidence = {.images = ReadDatabase(m), .masked = m.options.masks == "yes"};
   if (!IsSound(m, found)) evidence.still_background = MeasureVerifiedStillness(m).IsBackground();
   TryInsideMasks(m, matcher, found, evidence);
   found = TryOtherFocalLengths(m, std::move(found));
   CheckNames(found, m.views, m.folder / "models");
-  evidence.pieces = PicturesOfOthers(found);
+  evidence.pieces = PiecesOf(found);
   return BestOf(found);
 }
 

@@ -183,7 +183,9 @@ std::optional<double> Parallax(const SparseModel& model) {
   return largest;
 }
 
-bool HasMoved(const SparseModel& model) { return Parallax(model).value_or(1e300) > kLeastParallaxPx; }
+bool HasMoved(const SparseModel& model) {
+  return model.images.empty() || Parallax(model).value_or(0) > kLeastParallaxPx;
+}
 
 void JudgePoses(const SparseModel& model, const std::vector<View>& views, const Evidence& evidence,
                 double smallest_share, const std::string& log, Progress& progress) {
@@ -200,8 +202,8 @@ void JudgePoses(const SparseModel& model, const std::vector<View>& views, const 
   if (!HasMoved(model))
     throw Error(
         fmt::format("the cameras hardly moved against the depth of what they see: by {:.2g} px in the "
-                    "picture, {} of {} views",
-                    *Parallax(model), registered, views.size()),
+                    "picture ({} of {} views, {} points)",
+                    Parallax(model).value_or(0), registered, views.size(), model.points.size()),
         log, kStillCures);
   if (share < kGoodShare)
     progress.Warn(

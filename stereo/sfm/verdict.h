@@ -25,7 +25,7 @@ double RegisteredShare(const SparseModel& model, const std::vector<View>& views)
 // What is known of the views beside their poses, for the words about those that were not placed.
 struct Evidence {
   std::map<std::string, DatabaseImage> images{};   // COLMAP's, by the pictures' names
-  std::vector<std::vector<std::string>> pieces{};  // pictures of COLMAP's other models
+  std::vector<std::vector<std::string>> pieces{};  // pictures that are in another of COLMAP's models only
   bool masked = false;                             // features outside of the masks were left out
   bool still_background = false;                   // most pairs match in what stands still in the picture
 };
@@ -34,10 +34,10 @@ struct Evidence {
 // largest focal length * distance of two cameras / depth. None if the model has no points.
 std::optional<double> Parallax(const SparseModel& model);
 
-// Whether the cameras moved against what they see, if that can be told. Features are good to half a pixel, so
-// with a parallax of 2 px at most depths would be wrong by a quarter; the smallest that anybody scans from
-// (one degree) has ten times as much. Less comes from pictures of one place, or of a background that stands
-// still.
+// Whether estimated cameras moved against what they see. Features are good to half a pixel, so with a
+// parallax of 2 px at most depths would be wrong by a quarter; the smallest that anybody scans from (one
+// degree) has ten times as much. Less, or no points at all, comes from pictures of one place, or of a
+// background that stands still.
 bool HasMoved(const SparseModel& model);
 
 // Says what is wrong with estimated poses, in words that help: throws Error if the share of registered views

@@ -131,7 +131,7 @@ void WriteFeatures(const std::filesystem::path& path) {
     sql += fmt::format("INSERT INTO keypoints VALUES ({}, 3, 4, {});", id, blob(places));
     sql += fmt::format("INSERT INTO descriptors VALUES ({}, 3, 128, {});", id, blob(descriptors));
   }
-  sql += fmt::format("INSERT INTO matches VALUES ({}, 2, 2, {});", 2147483647 + 2,
+  sql += fmt::format("INSERT INTO matches VALUES ({}, 2, 2, {});", std::int64_t(2147483647) + 2,
                      blob(std::vector<std::uint32_t>{0, 2, 1, 0}));
   sqlite3* database = nullptr;
   ASSERT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);

@@ -56,6 +56,17 @@ std::string Help(const std::string& release) {
 
 }  // namespace
 
+SparseModel WithPoint(SparseModel model) {
+  if (!model.points.empty()) return model;
+  ColmapPoint point{{0, 0, 0}, {}, 0.4, {}};
+  for (auto& [id, image] : model.images) {
+    if (image.observations.empty()) image.observations.resize(1);
+    point.track.push_back({id, 0});
+  }
+  model.points[1] = point;
+  return model;
+}
+
 FakeColmap::FakeColmap(const std::filesystem::path& folder, const std::string& release) : folder_(folder) {
   std::string program = kProgram;
   program.replace(program.find("RELEASE"), 7, release);
@@ -118,7 +129,7 @@ void FakeColmap::ExtractorGuessesFocalLength(int width, int height) {
 void FakeColmap::MapperWrites(const std::vector<SparseModel>& models) {
   std::filesystem::remove_all(folder_ / "models");
   for (std::size_t i = 0; i < models.size(); ++i)
-    WriteSparseModelBinary(folder_ / "models" / std::to_string(i), models[i]);
+    WriteSparseModelBinary(folder_ / "models" / std::to_string(i), WithPoint(models[i]));
   CreateFolder(folder_ / "models");
   On("mapper", "cp -r models/. $output");
 }

@@ -7,6 +7,9 @@
 
 namespace polarscan {
 
+// The model with a point at the origin that all images see, if it has none: COLMAP's own never have none.
+SparseModel WithPoint(SparseModel model);
+
 // A `colmap` made of shell, in a folder of its own, that does what a test wants of each command. Calls are
 // logged.
 class FakeColmap {
@@ -33,7 +36,7 @@ class FakeColmap {
   void ImportsMatches();
   // The extractor's database also holds one camera of this size: SIMPLE_RADIAL, focal length a guess.
   void ExtractorGuessesFocalLength(int width, int height);
-  // mapper leaves these models in 0, 1, ...
+  // mapper leaves these models, WithPoint, in 0, 1, ...
   void MapperWrites(const std::vector<SparseModel>& models);
 
  private:

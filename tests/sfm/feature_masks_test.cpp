@@ -150,7 +150,8 @@ TEST_F(Turntable, PosesComeFromTheObjectThatTurnsBeforeAStillWall) {
   CreateFolder(folder / "views/masks");
   ExpectTruePoses(Run());
   EXPECT_TRUE(progress.warnings.empty()) << progress.warnings.front();
-  EXPECT_TRUE(progress.HeardInfo("outside of the masks, as most of it does in 66 of 66 pairs"));
+  EXPECT_TRUE(
+      progress.HeardInfo("the background stands still in 66 of 66 pairs of pictures (--sfm-masks auto)"));
 }
 
 TEST_F(Turntable, MasksOnlyAreUsedIfAskedForAlsoAfterAnotherRun) {
