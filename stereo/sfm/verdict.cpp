@@ -23,11 +23,11 @@ constexpr const char* kPieceCures =
     "Take pictures that lead from one part to the other (neighbours should share 75 %), or scan each part by "
     "itself";
 constexpr const char* kStillCures =
-    "The background, or a label on the lens, stands still in the pictures while the object turns: give masks "
+    "Usually the background, or a label on the lens, stands still in the pictures while the object turns, or "
+    "all pictures are from one place. Give masks of the object (masks/NAME.png; with --sfm-masks yes only "
+    "features inside of them count), cover the background with something plain, or move the camera instead "
     "of "
-    "the object (masks/NAME.png; with --sfm-masks yes only features inside of them count), cover the "
-    "background "
-    "with something plain, or move the camera instead of the object";
+    "the object";
 constexpr double kLeastParallaxPx = 2;
 constexpr int kEnoughMatches = 60;  // with one view: the mapper asks for 30 of them that it has points for
 
@@ -130,11 +130,12 @@ void JudgeCameras(const SparseModel& model, const std::string& doubt, const std:
   for (const auto& [id, camera] : model.cameras) {
     const Pinhole lens = ToLens(camera).pinhole;
     const double ratio = lens.fx / lens.fy, field_deg = 2 * std::atan2(lens.width, 2 * lens.fx) * 180 / M_PI;
-    if (ratio < 0.9 || ratio > 1.1 || field_deg < 2 || field_deg > 140)
+    const bool is_centred = lens.cx > 0 && lens.cx < lens.width && lens.cy > 0 && lens.cy < lens.height;
+    if (ratio < 0.9 || ratio > 1.1 || field_deg < 2 || field_deg > 140 || !is_centred)
       progress.Warn(
           fmt::format("the camera is doubtful: focal lengths {:.0f} and {:.0f} px, field of view {:.0f} "
-                      "degrees. {}",
-                      lens.fx, lens.fy, field_deg, cure));
+                      "degrees, principal point ({:.4g}, {:.4g}) of {} x {} px. {}",
+                      lens.fx, lens.fy, field_deg, lens.cx, lens.cy, lens.width, lens.height, cure));
   }
 }
 
