@@ -26,7 +26,7 @@ struct Arguments {
 // The whole pipeline, one line a stage.
 void RunStages(Scan& scan, const Input& input, const Arguments& a) {
   RunViews(scan, input, a.demosaic);
-  RunSfm(scan, input.known_model, a.sfm);
+  RunSfm(scan, input.known_model, WithMasksOf(a.sfm, a.dense));
   RunDense(scan, a.dense);
   RunStereo(scan, a.stereo);
   RunFusion(scan, a.fusion);
@@ -60,6 +60,8 @@ std::uint64_t FingerprintOf(const std::vector<fs::path>& inputs, const fs::path&
 void Reconstruct(const Arguments& a, Context& context) {
   const Input input = OpenInputs(a.inputs, a.meaning);
   context.progress.Info(fmt::format("{} views, {}", input.views.size(), ToString(input.kind)));
+  Progress silent;  // what is only odd the stage says itself
+  CheckKnownPoses(input, a.dry_run ? context.progress : silent);
   const auto open = a.dry_run ? Scan::Plan : Scan::OpenOrCreate;
   Scan scan = open(a.scan, NameOf(a.inputs), FingerprintOf(a.inputs, a.scan), context.progress);
   RunStages(scan, input, a);

@@ -30,7 +30,7 @@ void AddSfmCommand(CLI::App& app, Context& context) {
   command->callback([a, &context] {
     Scan scan = Scan::Open(a->scan, context.progress);
     scan.ContinueAfter("views");
-    RunSfm(scan, KnownPoses(scan), a->sfm);
+    RunSfm(scan, KnownPoses(scan), WithMasksOf(a->sfm, a->dense));
     RunDense(scan, a->dense);
     context.Finish(scan.state()["stages"]["sfm"],
                    fmt::format("poses: {}; next: polarscan stereo {}", (scan.sfm() / "model").string(),

@@ -2,6 +2,7 @@
 #include "apps/stages.h"
 
 #include <fmt/format.h>
+#include <algorithm>
 
 #include "apps/report.h"
 #include "apps/views.h"
@@ -10,6 +11,7 @@
 #include "demosaic/layout.h"
 #include "fusion/aop_check.h"
 #include "fusion/surface_maps.h"
+#include "stereo/sfm/known_poses.h"
 #include "stereo/workspace.h"
 
 namespace polarscan {
@@ -60,6 +62,21 @@ nlohmann::json CheckAngles(const Scan& scan, const StereoOptions& options, Progr
 }
 
 }  // namespace
+
+void CheckKnownPoses(const Input& input, Progress& progress) {
+  if (!input.known_model) return;
+  const bool one_size = input.kind != InputKind::kPhotos;  // photos may differ, and be turned
+  std::vector<View> views;
+  for (const InputView& view : input.views)
+    views.push_back({view.name, one_size ? input.width : 0, one_size ? input.height : 0});
+  std::ranges::sort(views, {}, &View::name);
+  ReadKnownPoses(*input.known_model, views, progress);
+}
+
+SfmOptions WithMasksOf(SfmOptions options, const UndistortOptions& dense) {
+  if (!dense.masks && options.masks == "auto") options.masks = "no";
+  return options;
+}
 
 void RunViews(Scan& scan, const Input& input, const DemosaicOptions& options) {
   DemosaicOptions effective = options;

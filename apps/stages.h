@@ -12,6 +12,14 @@
 
 namespace polarscan {
 
+// Opens the known poses that lie beside the input's pictures, if any, so that what is wrong with them shows
+// before anything is made. Throws and warns as ReadKnownPoses does.
+void CheckKnownPoses(const Input& input, Progress& progress);
+
+// Structure from motion's options where masks may have been switched off for the whole scan: then they are
+// for poses too, unless they were asked for.
+SfmOptions WithMasksOf(SfmOptions options, const UndistortOptions& dense);
+
 // The stages of a scan: each calls its library function through Scan::Run, so that it is skipped where its
 // result is valid, and records its options and counts. The order is that of the functions here.
 void RunViews(Scan& scan, const Input& input, const DemosaicOptions& options);

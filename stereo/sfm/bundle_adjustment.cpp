@@ -27,7 +27,7 @@ SparseModel Adjusted(const Mapping& m, const SparseModel& model) {
                 {{"BundleAdjustment.refine_principal_point"}, "0"},
                 {{"BundleAdjustment.refine_extra_params"}, "0", true}},
                "bundle adjustment", 0, "");
-  return BestModel(output.parent_path(), m.progress);
+  return BestOf(ReadModels(output.parent_path(), m.progress));
 }
 
 }  // namespace

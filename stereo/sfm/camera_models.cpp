@@ -37,6 +37,18 @@ Eigen::Matrix2d DistortionJacobian(const Lens& lens, const Eigen::Vector2d& poin
   return j;
 }
 
+// FULL_OPENCV whose last four parameters, k3 to k6, are 0.
+bool IsOpencv(const ColmapCamera& camera) {
+  return camera.model == "FULL_OPENCV" && camera.params.size() == 12 &&
+         std::all_of(camera.params.begin() + 8, camera.params.end(), [](double k) { return k == 0; });
+}
+
+ColmapCamera WithoutZeros(ColmapCamera camera) {
+  camera.model = "OPENCV";
+  camera.params.resize(8);
+  return camera;
+}
+
 }  // namespace
 
 int FocalLengths(const std::string& model) {
@@ -75,9 +87,12 @@ Eigen::Vector2d Lens::Undistort(const Eigen::Vector2d& distorted) const {
 
 Lens ToLens(const ColmapCamera& camera) {
   const CameraModel* model = FindCameraModel(camera.model);
+  if (IsOpencv(camera)) return ToLens(WithoutZeros(camera));
   if (!model || model->id > 4)
     throw Error(
-        "this lens model is not supported", camera.model,
+        camera.model == "FULL_OPENCV" ? "k3 to k6 of this lens model are supported only as 0"
+                                      : "this lens model is not supported",
+        camera.model,
         "Use SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL or OPENCV, or undistort the pictures before");
   const std::vector<double>& p = camera.params;
   if (int(p.size()) != model->parameters || camera.width <= 0 || camera.height <= 0)
@@ -106,9 +121,11 @@ ColmapCamera Resized(const ColmapCamera& camera, int width, int height) {
   if (camera.width == width && camera.height == height) return camera;
   const double sx = double(width) / camera.width, sy = double(height) / camera.height;
   if (std::abs(camera.height * sx - height) > 1.0 && std::abs(camera.width * sy - width) > 1.0)
-    throw Error(fmt::format("the camera model is for {} x {} pixels, the picture has {} x {}", camera.width,
-                            camera.height, width, height),
-                fmt::format("camera {}", camera.id), "Give a model that belongs to these pictures");
+    throw Error(fmt::format("the camera is for pictures of {} x {} pixels, the picture has {} x {}: another "
+                            "shape, not only another size",
+                            camera.width, camera.height, width, height),
+                fmt::format("camera {}", camera.id),
+                "Give the camera of these pictures, neither cut out nor turned");
   ColmapCamera resized = camera;
   resized.width = width;
   resized.height = height;

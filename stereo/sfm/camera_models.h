@@ -23,9 +23,9 @@ int FocalLengths(const std::string& model);
 // A lens: pixel = focal length * distorted + principal point, where (COLMAP's and OpenCV's convention, x and
 // y are normalised coordinates, r^2 = x^2 + y^2)
 //   distorted = (x, y) (1 + k1 r^2 + k2 r^4) + (2 p1 x y + p2 (r^2 + 2 x^2), p1 (r^2 + 2 y^2) + 2 p2 x y).
-// SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL and OPENCV are all of this form.
-// The distortion is a gradient field (its Jacobian is symmetric), so locally it stretches but never turns:
-// the frame that angles of polarization are counted in stays as it is.
+// SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL and OPENCV are all of this form, and FULL_OPENCV if its k3
+// to k6 are 0. The distortion is a gradient field (its Jacobian is symmetric), so locally it stretches but
+// never turns: the frame that angles of polarization are counted in stays as it is.
 struct Lens {
   Pinhole pinhole;
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0;
@@ -36,7 +36,7 @@ struct Lens {
   Eigen::Vector2d Undistort(const Eigen::Vector2d& distorted) const;
 };
 
-// Throws Error naming the model if it is none of the five.
+// Throws Error naming the model if it is none of these.
 Lens ToLens(const ColmapCamera& camera);
 
 // The same camera looked at through a picture of another size; throws Error if the shape differs by more than

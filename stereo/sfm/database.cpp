@@ -49,10 +49,14 @@ bool HasTable(sqlite3* database, const std::filesystem::path& path, const std::s
   return has;
 }
 
+void Execute(sqlite3* database, const std::filesystem::path& path, const std::string& statements) {
+  if (sqlite3_exec(database, statements.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK)
+    Fail(database, path);
+}
+
 // The statements, all of them or none.
 void Change(sqlite3* database, const std::filesystem::path& path, const std::string& statements) {
-  const std::string all = "PRAGMA foreign_keys = OFF; BEGIN IMMEDIATE;" + statements + "COMMIT;";
-  if (sqlite3_exec(database, all.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) Fail(database, path);
+  Execute(database, path, "PRAGMA foreign_keys = OFF; BEGIN IMMEDIATE;" + statements + "COMMIT;");
 }
 
 // Gives every `id` in the table the number that `numbers` (old, new) has for it; first out of the others'
@@ -72,7 +76,62 @@ constexpr const char* kOrder =
     "FROM images GROUP BY camera_id;"
     "DELETE FROM cameras WHERE camera_id NOT IN (SELECT old FROM camera_numbers);";
 
-constexpr std::int64_t kPairFactor = 2147483647;  // pair_id = smaller id * factor + larger id
+// The pictures' numbers in a pair's: smaller one * 2147483647 + larger one.
+std::pair<std::uint32_t, std::uint32_t> PairOf(std::int64_t pair_id) {
+  return {std::uint32_t(pair_id / 2147483647), std::uint32_t(pair_id % 2147483647)};
+}
+
+bool HasColumn(sqlite3* database, const std::filesystem::path& path, const char* table, const char* column) {
+  bool has = false;
+  Query(database, path,
+        fmt::format("SELECT name FROM pragma_table_info('{}') WHERE name = '{}'", table, column).c_str(),
+        [&](sqlite3_stmt*) { has = true; });
+  return has;
+}
+
+// Rows of `size` bytes each in a column of the query's row.
+struct Blob {
+  const std::uint8_t* bytes = nullptr;
+  std::size_t rows = 0, size = 0;
+
+  template <class T>
+  T Get(std::size_t row, std::size_t index) const {
+    T value;
+    std::memcpy(&value, bytes + row * size + index * sizeof(T), sizeof(T));
+    return value;
+  }
+};
+// The query's columns first, first + 1 and first + 2 are rows, cols, data; no rows if these do not fit, or
+// hold less than two numbers of 32 bits.
+Blob GetBlob(sqlite3_stmt* row, int first) {
+  const auto rows = std::size_t(std::max<std::int64_t>(0, sqlite3_column_int64(row, first)));
+  const auto* bytes = static_cast<const std::uint8_t*>(sqlite3_column_blob(row, first + 2));
+  const std::size_t count = std::size_t(sqlite3_column_bytes(row, first + 2));
+  if (rows == 0 || count % rows != 0 || count / rows < 8) return {};
+  return {bytes, rows, count / rows};
+}
+
+// The rows that stay, one after the other.
+std::string Kept(const Blob& blob, const std::vector<bool>& dropped) {
+  std::string bytes;
+  for (std::size_t i = 0; i < blob.rows; ++i)
+    if (i >= dropped.size() || !dropped[i])
+      bytes.append(reinterpret_cast<const char*>(blob.bytes) + i * blob.size, blob.size);
+  return bytes;
+}
+
+// Replaces rows and data of a picture in `table`.
+void ReplaceRows(sqlite3* database, const std::filesystem::path& path, const std::string& table,
+                 std::int64_t id, const std::string& bytes, std::size_t size) {
+  sqlite3_stmt* raw = nullptr;
+  const std::string update = fmt::format("UPDATE {} SET rows = ?, data = ? WHERE image_id = ?", table);
+  if (sqlite3_prepare_v2(database, update.c_str(), -1, &raw, nullptr) != SQLITE_OK) Fail(database, path);
+  const Statement statement(raw, sqlite3_finalize);
+  sqlite3_bind_int64(raw, 1, std::int64_t(bytes.size() / size));
+  sqlite3_bind_blob64(raw, 2, bytes.data(), bytes.size(), SQLITE_STATIC);
+  sqlite3_bind_int64(raw, 3, id);
+  if (sqlite3_step(raw) != SQLITE_DONE) Fail(database, path);
+}
 
 }  // namespace
 
@@ -92,12 +151,13 @@ std::map<std::string, DatabaseImage> ReadDatabase(const std::filesystem::path& p
     const auto name = names.find(std::uint32_t(sqlite3_column_int64(row, 0)));
     if (name != names.end()) images[name->second].keypoints = sqlite3_column_int(row, 1);
   });
-  Query(raw, path, "SELECT pair_id FROM two_view_geometries WHERE rows > 0", [&](sqlite3_stmt* row) {
-    const std::int64_t pair = sqlite3_column_int64(row, 0);
-    for (const std::int64_t id : {pair / kPairFactor, pair % kPairFactor}) {
-      const auto name = names.find(std::uint32_t(id));
-      if (name != names.end()) ++images[name->second].partners;
-    }
+  Query(raw, path, "SELECT pair_id, rows FROM two_view_geometries WHERE rows > 0", [&](sqlite3_stmt* row) {
+    const auto [a, b] = PairOf(sqlite3_column_int64(row, 0));
+    const auto first = names.find(a), second = names.find(b);
+    if (first == names.end() || second == names.end()) return;
+    const int matches = sqlite3_column_int(row, 1);
+    images[first->second].partners[second->second] = matches;
+    images[second->second].partners[first->second] = matches;
   });
   return images;
 }
@@ -122,6 +182,74 @@ std::map<std::string, Descriptors> ReadDescriptors(const std::filesystem::path& 
           all[name] = std::move(descriptors);
         });
   return fits ? all : std::map<std::string, Descriptors>{};
+}
+
+FeaturePlaces ReadFeaturePlaces(const std::filesystem::path& path) {
+  const Connection connection = Open(path);
+  FeaturePlaces places;
+  if (!HasColumn(connection.get(), path, "keypoints", "data")) return places;
+  Query(connection.get(), path,
+        "SELECT images.name, rows, cols, data FROM keypoints JOIN images ON images.image_id = "
+        "keypoints.image_id",
+        [&](sqlite3_stmt* row) {
+          const auto* name = reinterpret_cast<const char*>(sqlite3_column_text(row, 0));
+          const Blob blob = GetBlob(row, 1);
+          std::vector<Eigen::Vector2f>& all = places[name ? name : ""];
+          for (std::size_t i = 0; i < blob.rows; ++i)
+            all.emplace_back(blob.Get<float>(i, 0), blob.Get<float>(i, 1));
+        });
+  return places;
+}
+
+std::vector<PictureMatches> ReadMatches(const std::filesystem::path& path, Matches which) {
+  const Connection connection = Open(path);
+  const char* table = which == Matches::kFound ? "matches" : "two_view_geometries";
+  std::vector<PictureMatches> all;
+  if (!HasColumn(connection.get(), path, table, "data")) return all;
+  std::map<std::uint32_t, std::string> names;
+  for (const auto& [name, image] : ReadDatabase(path)) names[image.id] = name;
+  Query(
+      connection.get(), path,
+      fmt::format("SELECT pair_id, rows, cols, data FROM {} WHERE rows > 0 ORDER BY pair_id", table).c_str(),
+      [&](sqlite3_stmt* row) {
+        const auto [a, b] = PairOf(sqlite3_column_int64(row, 0));
+        const Blob blob = GetBlob(row, 1);
+        if (!names.contains(a) || !names.contains(b) || blob.rows == 0) return;
+        PictureMatches matches{names[a], names[b], {}};
+        for (std::size_t i = 0; i < blob.rows; ++i)
+          matches.features.emplace_back(int(blob.Get<std::uint32_t>(i, 0)),
+                                        int(blob.Get<std::uint32_t>(i, 1)));
+        all.push_back(std::move(matches));
+      });
+  return all;
+}
+
+void DropFeatures(const std::filesystem::path& path,
+                  const std::map<std::string, std::vector<bool>>& dropped) {
+  const Connection connection = Open(path, SQLITE_OPEN_READWRITE);
+  sqlite3* raw = connection.get();
+  Execute(raw, path, "BEGIN IMMEDIATE; DELETE FROM matches; DELETE FROM two_view_geometries;");
+  struct Row {
+    std::int64_t id;
+    std::string bytes;
+    std::size_t size;
+  };
+  for (const char* table : {"keypoints", "descriptors"}) {
+    std::vector<Row> rows;
+    const std::string query = fmt::format(
+        "SELECT images.name, rows, cols, data, {0}.image_id FROM {0} JOIN images ON images.image_id = "
+        "{0}.image_id",
+        table);
+    Query(raw, path, query.c_str(), [&](sqlite3_stmt* row) {
+      const auto* name = reinterpret_cast<const char*>(sqlite3_column_text(row, 0));
+      const auto found = dropped.find(name ? name : "");
+      const Blob blob = GetBlob(row, 1);
+      if (found != dropped.end() && blob.rows > 0)
+        rows.push_back({sqlite3_column_int64(row, 4), Kept(blob, found->second), blob.size});
+    });
+    for (const Row& row : rows) ReplaceRows(raw, path, table, row.id, row.bytes, row.size);
+  }
+  Execute(raw, path, "COMMIT;");
 }
 
 void NormalizeDatabase(const std::filesystem::path& path, bool single_camera) {

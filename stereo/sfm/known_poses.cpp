@@ -4,8 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <iterator>
+#include <map>
+#include <set>
 
 #include "core/error.h"
 #include "core/view_name.h"
@@ -14,44 +17,81 @@
 namespace polarscan {
 namespace {
 
-// Images by every name that their view may have: of images/cam1/0.jpg images-cam1-0, cam1-0, 0.
-using NamedImages = std::multimap<std::string, const ColmapImage*>;
+namespace fs = std::filesystem;
 
-NamedImages ImagesByName(const SparseModel& given) {
-  NamedImages images;
-  for (const auto& [id, image] : given.images)
-    for (std::filesystem::path rest = image.name; !rest.empty();) {
-      images.emplace(ViewName(rest), &image);
-      rest = rest.has_parent_path() ? rest.lexically_relative(*rest.begin()) : std::filesystem::path();
-    }
-  return images;
+// What a view may be called whose picture has this name: "left/001.png" is "left-001", "left-001.png", "001"
+// or "001.png". Folders of other systems count too.
+std::vector<std::string> NamesOf(std::string name) {
+  std::ranges::replace(name, '\\', '/');
+  std::vector<std::string> names;
+  for (fs::path rest = name; !rest.empty();) {
+    names.push_back(ViewName(rest));
+    names.push_back(names.back() + rest.extension().string());
+    rest = rest.has_parent_path() ? rest.lexically_relative(*rest.begin()) : fs::path();
+  }
+  return names;
 }
 
-// The one image of that name, or the one whose whole path it is; null: none.
-const ColmapImage* ImageOf(const std::string& view, const NamedImages& images, const std::string& where) {
-  const auto [begin, end] = images.equal_range(view);
-  if (begin == end || std::next(begin) == end) return begin == end ? nullptr : begin->second;
-  const auto whole =
-      std::find_if(begin, end, [&](const auto& image) { return ViewName(image.second->name) == view; });
-  if (whole != end) return whole->second;
-  throw Error(fmt::format("the images {} and {} of the model have the same stem", begin->second->name,
-                          std::next(begin)->second->name),
-              where, "Rename them, so that each name tells which view it is");
+// Images by all that they may be called, each at the first place of NamesOf where a view looks for it.
+using ImagesByName = std::vector<std::multimap<std::string, const ColmapImage*>>;
+
+ImagesByName IndexByName(const SparseModel& given) {
+  ImagesByName index;
+  for (const auto& [id, image] : given.images) {
+    const std::vector<std::string> names = NamesOf(image.name);
+    index.resize(std::max(index.size(), names.size()));
+    for (std::size_t k = 0; k < names.size(); ++k) index[k].emplace(names[k], &image);
+  }
+  return index;
 }
 
-[[noreturn]] void ThrowNothingMatches(const SparseModel& given, const std::vector<View>& views,
-                                      const std::string& where) {
+// The view's image, or nullptr.
+const ColmapImage* FindImage(const ImagesByName& index, const std::string& view, const std::string& where) {
+  for (const auto& images : index) {
+    const auto [begin, end] = images.equal_range(view);
+    if (begin == end) continue;
+    if (std::next(begin) != end)
+      throw Error(fmt::format("the images {} and {} of the model are both named as the view {}",
+                              begin->second->name, std::next(begin)->second->name, view),
+                  where, "Rename them, so that each name tells which view it is");
+    return begin->second;
+  }
+  return nullptr;
+}
+
+std::vector<std::string> ViewsWithoutPose(const SparseModel& model, const std::vector<View>& views) {
+  std::set<std::string> posed;
+  for (const auto& [id, image] : model.images) posed.insert(image.name);
+  std::vector<std::string> names;
+  for (const View& view : views)
+    if (!posed.contains(view.PictureName())) names.push_back(view.name);
+  return names;
+}
+
+void RequireTwo(const SparseModel& kept, const SparseModel& given, const std::vector<View>& views,
+                const std::string& where) {
+  if (kept.images.size() > 1) return;
   std::vector<std::string> theirs, ours;
   for (const auto& [id, image] : given.images) theirs.push_back(image.name);
   for (const View& view : views) ours.push_back(view.name);
-  throw Error(fmt::format("no image of the model belongs to a view: the model has {}; the views are {}",
-                          theirs.empty() ? "no images" : Enumerate(theirs, 3), Enumerate(ours, 3)),
-              where, "Names must be equal but for folder and extension; rename the images in the model");
+  const std::string names =
+      fmt::format("the model has {}; the views are {}", theirs.empty() ? "no images" : Enumerate(theirs, 3),
+                  Enumerate(ours, 3));
+  const char* advice =
+      "Names must be equal but for folder and extension; correct those in the model, or take it away, so "
+      "that "
+      "the poses come from the pictures";
+  if (kept.images.empty()) throw Error("no image of the model belongs to a view: " + names, where, advice);
+  throw Error(
+      fmt::format("only 1 of {} views has a known pose, at least 2 are needed: {}", views.size(), names),
+      where, advice);
 }
 
 // The image with its observations at the scale of the view's picture.
 ColmapImage AdaptImage(ColmapImage image, const ColmapCamera& camera, const View& view) {
-  const double sx = double(view.width) / camera.width, sy = double(view.height) / camera.height;
+  const bool sized = view.width > 0;
+  const double sx = sized ? double(view.width) / camera.width : 1,
+               sy = sized ? double(view.height) / camera.height : 1;
   for (ColmapImage::Observation& observation : image.observations) {
     observation.x *= sx;
     observation.y *= sy;
@@ -76,21 +116,38 @@ std::map<std::uint64_t, ColmapPoint> SelectPoints(const SparseModel& given, cons
 
 SparseModel SelectKnownPoses(const SparseModel& given, const std::vector<View>& views,
                              const std::string& where) {
-  const NamedImages images = ImagesByName(given);
+  const ImagesByName index = IndexByName(given);
   SparseModel kept;
   kept.offset = given.offset;
   for (const View& view : views) {
-    const ColmapImage* found = ImageOf(view.name, images, where);
-    if (!found) continue;
-    const ColmapImage& image = *found;
-    const ColmapCamera& camera = given.cameras.at(image.camera_id);
-    kept.images[image.id] = AdaptImage(image, camera, view);
-    kept.cameras[camera.id] = Resized(camera, view.width, view.height);
+    const ColmapImage* image = FindImage(index, view.name, where);
+    if (!image) continue;
+    const ColmapCamera& camera = given.cameras.at(image->camera_id);
+    kept.images[image->id] = AdaptImage(*image, camera, view);
+    kept.cameras[camera.id] = view.width > 0 ? Resized(camera, view.width, view.height) : camera;
     ToLens(kept.cameras[camera.id]);  // throws if the lens model is not supported
   }
-  if (kept.images.empty()) ThrowNothingMatches(given, views, where);
+  RequireTwo(kept, given, views, where);
   kept.points = SelectPoints(given, kept);
   return kept;
+}
+
+SparseModel ReadKnownPoses(const fs::path& folder, const std::vector<View>& views, Progress& progress) {
+  std::vector<std::string> notes;
+  const SparseModel given = ReadSparseModel(folder, &notes);
+  SparseModel model = SelectKnownPoses(given, views, folder.string());
+  for (const std::string& note : notes) progress.Warn(note);
+  if (const auto names = ViewsWithoutPose(model, views); !names.empty())
+    progress.Warn(fmt::format(
+        "{} of {} views have a known pose; the model has none for {}, which are left out ({}). Add "
+        "them to the model, or take it away, so that the poses come from the pictures",
+        model.images.size(), views.size(), EnumerateRuns(names, views), folder.string()));
+  for (const auto& [id, camera] : model.cameras)
+    if (const ColmapCamera& before = given.cameras.at(id); before.width != camera.width)
+      progress.Warn(fmt::format(
+          "the known poses' camera {} is for {} x {} pixels, the pictures have {} x {}: it is scaled to them",
+          id, before.width, before.height, camera.width, camera.height));
+  return model;
 }
 
 }  // namespace polarscan

@@ -5,6 +5,7 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
+#include <functional>
 #include <optional>
 
 #include "core/error.h"
@@ -165,7 +166,7 @@ std::optional<int> MatchByUs(const Mapping& m, const std::string& matcher) {
 std::map<std::string, DatabaseImage> ReadDatabase(const Mapping& m) { return ReadDatabase(m.database()); }
 
 void ExtractFeatures(const Mapping& m) {
-  const fs::path note = m.folder / "database.json";
+  const fs::path note = m.database_note();
   const std::string hash = DatabaseHash(m);
   if (!IsUsable(m, note, hash)) {
     for (const char* suffix : {"", "-wal", "-shm"}) fs::remove(m.database().string() + suffix);
@@ -183,7 +184,7 @@ void MatchFeatures(const Mapping& m, const std::string& matcher) {
   const int exit_code = MatchByUs(m, matcher).value_or(-1);
   const int code = exit_code >= 0 ? exit_code : MatchByColmap(m, matcher);
   const auto images = ReadDatabase(m);
-  if (std::ranges::none_of(images, [](const auto& image) { return image.second.partners > 0; }))
+  if (std::ranges::none_of(images, [](const auto& image) { return !image.second.partners.empty(); }))
     throw Error(fmt::format("COLMAP found no two pictures that match (exit code {}, last complaint: \"{}\")",
                             code, m.colmap.Complaint()),
                 (m.folder / "colmap.log").string(),
@@ -192,33 +193,37 @@ void MatchFeatures(const Mapping& m, const std::string& matcher) {
                 "object, take more pictures, or give known poses (sparse/)");
 }
 
-SparseModel BestModel(const fs::path& models, Progress& progress) {
-  SparseModel best;
-  if (!fs::is_directory(models)) return best;
+std::vector<SparseModel> ReadModels(const fs::path& models, Progress& progress) {
+  std::vector<SparseModel> found;
+  if (!fs::is_directory(models)) return found;
   std::vector<fs::path> folders;
   for (const auto& entry : fs::directory_iterator(models))
     if (entry.is_directory()) folders.push_back(entry.path());
   std::ranges::sort(folders);
-  const auto rank = [](const SparseModel& model) {
-    return std::pair(model.images.size(), model.points.size());
-  };
   for (const fs::path& folder : folders) {
     try {
-      SparseModel model = ReadSparseModel(folder);
-      if (rank(model) > rank(best)) best = std::move(model);
+      found.push_back(ReadSparseModel(folder));
     } catch (const Error& problem) {
       progress.Warn(fmt::format("a model is skipped: {}", problem.what()));
     }
   }
-  return best;
+  std::ranges::stable_sort(found, std::greater(), [](const SparseModel& model) {
+    return std::pair(model.images.size(), model.points.size());
+  });
+  return found;
 }
 
-SparseModel MapViews(const Mapping& m, const MappingAttempt& attempt) {
+SparseModel BestOf(const std::vector<SparseModel>& models) {
+  return models.empty() ? SparseModel() : models.front();
+}
+
+std::vector<SparseModel> MapViews(const Mapping& m, const MappingAttempt& attempt) {
   const fs::path output = m.folder / "models" / attempt.name;
   fs::remove_all(output);
   CreateFolder(output);
   if (m.options.focal_px <= 0) SetGuessedFocalLengths(m.database(), attempt.focal_factor);
   std::vector<ColmapOption> options = MapperOptions(m, output);
+  options.push_back({{"Mapper.min_model_size"}, std::to_string(attempt.least)});
   if (attempt.lenient)
     options.insert(options.end(), {{{"Mapper.init_min_tri_angle"}, "5"},
                                    {{"Mapper.init_min_num_inliers"}, "40"},
@@ -226,7 +231,7 @@ SparseModel MapViews(const Mapping& m, const MappingAttempt& attempt) {
                                    {{"Mapper.abs_pose_min_inlier_ratio"}, "0.15"},
                                    {{"Mapper.max_reg_trials"}, "6"}});
   m.colmap.Run("mapper", options, "poses", m.views.size(), "Registering ");
-  return BestModel(output, m.progress);
+  return ReadModels(output, m.progress);
 }
 
 SparseModel TriangulatePoints(const Mapping& m, const SparseModel& known, double limit_px) {
@@ -248,7 +253,7 @@ SparseModel TriangulatePoints(const Mapping& m, const SparseModel& known, double
        {"filter_max_reproj_error", "tri_merge_max_reproj_error", "tri_complete_max_reproj_error"})
     options.push_back({{std::string("Mapper.") + limit}, fmt::format("{}", limit_px)});
   m.colmap.Run("point_triangulator", options, "points", m.views.size(), "Triangulating image");
-  return BestModel(output.parent_path(), m.progress);
+  return BestOf(ReadModels(output.parent_path(), m.progress));
 }
 
 }  // namespace polarscan

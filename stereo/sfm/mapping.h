@@ -20,6 +20,7 @@ struct Mapping {
   Progress& progress;
 
   std::filesystem::path database() const { return folder / "database.db"; }
+  std::filesystem::path database_note() const { return folder / "database.json"; }  // what it was made of
 };
 
 // SIFT features of all pictures. A database of the same pictures and options is gone on with (COLMAP skips
@@ -32,19 +33,25 @@ void ExtractFeatures(const Mapping& mapping);
 void MatchFeatures(const Mapping& mapping, const std::string& matcher);
 
 // One run of the mapper. focal_factor: where it starts from if nothing is known of the focal length, times
-// the larger side of the picture (1.2 is COLMAP's own guess). lenient: lower thresholds.
+// the larger side of the picture (1.2 is COLMAP's own guess). lenient: lower thresholds. least: pictures of a
+// model that is kept (10 is COLMAP's own number; with fewer a bad start of a good set is kept as well).
 struct MappingAttempt {
   std::string name;
   double focal_factor = 1.2;
   bool lenient = false;
+  int least = 10;
 };
 
-// Runs the mapper into models/NAME and returns the best of its models (BestModel).
-SparseModel MapViews(const Mapping& mapping, const MappingAttempt& attempt);
+// Runs the mapper into models/NAME and returns its models (ReadModels), one of each part of the pictures that
+// hangs together.
+std::vector<SparseModel> MapViews(const Mapping& mapping, const MappingAttempt& attempt);
 
-// The model with most registered views, then most points, of those in the folder's subfolders; empty if there
-// is none. A damaged model is skipped with a warning.
-SparseModel BestModel(const std::filesystem::path& models, Progress& progress);
+// The models in the folder's subfolders, that with most registered views, then most points, first. A damaged
+// one is skipped with a warning.
+std::vector<SparseModel> ReadModels(const std::filesystem::path& models, Progress& progress);
+
+// The first one; an empty model if there is none.
+SparseModel BestOf(const std::vector<SparseModel>& models);
 
 // Points for known poses: COLMAP's point_triangulator on the database's matches. limit_px: reprojection error
 // of a point that is kept; 4 is COLMAP's own.

@@ -4,22 +4,41 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <sstream>
 
 #include "core/error.h"
 #include "core/files.h"
 #include "stereo/sfm/model_files.h"
+#include "stereo/sfm/view_list.h"
 
 namespace polarscan {
 namespace {
 
+namespace fs = std::filesystem;
+
+bool HoldsModel(const fs::path& folder) {
+  return fs::exists(folder / "cameras.bin") || fs::exists(folder / "cameras.txt");
+}
+
+// Sorted.
+std::vector<fs::path> FoldersIn(const fs::path& folder) {
+  std::vector<fs::path> found;
+  if (!fs::is_directory(folder)) return found;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+    if (entry.is_directory()) found.push_back(entry.path());
+  std::ranges::sort(found);
+  return found;
+}
+
 // References between the three files; what COLMAP itself relies on.
-void CheckReferences(const SparseModel& model, const std::filesystem::path& folder) {
+void CheckReferences(const SparseModel& model, const fs::path& folder) {
   const std::string advice = "Copy it again from where it came, or make it anew";
   for (const auto& [id, image] : model.images)
     if (!model.cameras.contains(image.camera_id))
-      throw Error(fmt::format("damaged COLMAP model: image {} has no camera {}", image.name, image.camera_id),
-                  folder.string(), advice);
+      throw Error(
+          fmt::format("the COLMAP model has no camera {}, which image {} is of", image.camera_id, image.name),
+          folder.string(), "Give each image's line the number of a camera that is there");
   for (const auto& [id, point] : model.points) {
     if (!point.position.allFinite())
       throw Error(fmt::format("damaged COLMAP model: point {} is nowhere", id), folder.string(), advice);
@@ -49,12 +68,43 @@ bool SetPose(const double* v, Rigid& pose) {
   return true;
 }
 
-SparseModel ReadSparseModel(const std::filesystem::path& folder) {
-  const bool binary = std::filesystem::exists(folder / "cameras.bin");
-  if (!binary && !std::filesystem::exists(folder / "cameras.txt"))
-    throw Error("no COLMAP model here (cameras.bin or cameras.txt)", folder.string(),
-                "Give the folder that holds cameras, images and points3D");
-  SparseModel model = binary ? ReadBinaryModel(folder) : ReadTextModel(folder);
+bool IsStretched(const double* pose) {
+  return std::abs(Eigen::Vector4d(pose[0], pose[1], pose[2], pose[3]).norm() - 1) > 1e-3;
+}
+
+void AddNoteOnLengths(const std::vector<std::string>& stretched, const fs::path& path,
+                      std::vector<std::string>& notes) {
+  if (!stretched.empty())
+    notes.push_back(fmt::format(
+        "the quaternions of {} are not of length 1 ({}): they are taken for their direction. Check "
+        "that QW comes first, and that they are quaternions",
+        Enumerate(stretched), path.string()));
+}
+
+fs::path FindSparseModel(const fs::path& folder) {
+  if (HoldsModel(folder)) return folder;
+  std::vector<fs::path> models;
+  std::vector<std::string> names;
+  for (const fs::path& below : FoldersIn(folder))
+    if (HoldsModel(below)) models.push_back(below), names.push_back(below.filename().string());
+  if (models.size() == 1) return models[0];
+  if (!models.empty())
+    throw Error(fmt::format("there are {} COLMAP models here ({})", models.size(), Enumerate(names)),
+                folder.string(), "Leave only the one that is meant, or move its files into this folder");
+  throw Error("no COLMAP model here (cameras.bin or cameras.txt)", folder.string(),
+              "Give the folder that holds cameras, images and points3D");
+}
+
+SparseModel ReadSparseModel(const fs::path& path, std::vector<std::string>* notes) {
+  const fs::path folder = FindSparseModel(path);
+  const bool binary = fs::exists(folder / "cameras.bin");
+  const fs::path images = folder / (binary ? "images.bin" : "images.txt");
+  if (!fs::exists(images))
+    throw Error(fmt::format("the COLMAP model lacks {}", images.filename().string()), folder.string(),
+                "It needs cameras and images, both as .bin or both as .txt");
+  std::vector<std::string> unread;
+  SparseModel model = binary ? ReadBinaryModel(folder, notes ? *notes : unread)
+                             : ReadTextModel(folder, notes ? *notes : unread);
   CheckReferences(model, folder);
   model.offset = ReadOffset(folder);
   return model;

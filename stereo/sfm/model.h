@@ -48,10 +48,15 @@ struct SparseModel {
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // added to coordinates: those of the given poses
 };
 
-// Reads cameras/images/points3D, binary if cameras.bin is there, else text; points3D may be missing (no
-// points), and offset.txt (0). Counts are checked against the file sizes. Throws Error on damage, naming the
-// file.
-SparseModel ReadSparseModel(const std::filesystem::path& folder);
+// The folder itself if it holds a model, else its only sub-folder that does (COLMAP's sparse/0). Throws Error
+// if there is none or more than one.
+std::filesystem::path FindSparseModel(const std::filesystem::path& folder);
+
+// Reads cameras/images/points3D of FindSparseModel, binary if cameras.bin is there, else text; points3D may
+// be missing (no points), and offset.txt (0). Counts are checked against the file sizes. Text may be written
+// by hand (model_text.cpp). notes: what is odd but was read all the same. Throws Error on what cannot be
+// read, naming file and line.
+SparseModel ReadSparseModel(const std::filesystem::path& folder, std::vector<std::string>* notes = nullptr);
 void WriteSparseModelText(const std::filesystem::path& folder, const SparseModel& model);
 void WriteSparseModelBinary(const std::filesystem::path& folder, const SparseModel& model);
 

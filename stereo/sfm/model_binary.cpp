@@ -28,7 +28,7 @@ ColmapCamera ReadCamera(ByteReader& file) {
   return camera;
 }
 
-ColmapImage ReadImage(ByteReader& file) {
+ColmapImage ReadImage(ByteReader& file, std::vector<std::string>& stretched) {
   ColmapImage image;
   image.id = file.Read<std::uint32_t>();
   double pose[7];
@@ -36,6 +36,7 @@ ColmapImage ReadImage(ByteReader& file) {
   if (!SetPose(pose, image.cam_from_world)) file.Fail("impossible pose");
   image.camera_id = file.Read<std::uint32_t>();
   image.name = file.ReadText();
+  if (IsStretched(pose)) stretched.push_back(image.name);
   image.observations.resize(file.ReadCount(24));
   for (ColmapImage::Observation& observation : image.observations) {
     observation.x = file.Read<double>();
@@ -103,8 +104,9 @@ std::string PointBytes(std::uint64_t id, const ColmapPoint& point) {
 
 }  // namespace
 
-SparseModel ReadBinaryModel(const std::filesystem::path& folder) {
+SparseModel ReadBinaryModel(const std::filesystem::path& folder, std::vector<std::string>& notes) {
   SparseModel model;
+  std::vector<std::string> stretched;
   ByteReader cameras(folder / "cameras.bin");
   for (std::size_t left = cameras.ReadCount(24); left > 0; --left) {
     const ColmapCamera camera = ReadCamera(cameras);
@@ -113,10 +115,11 @@ SparseModel ReadBinaryModel(const std::filesystem::path& folder) {
   cameras.ExpectEnd();
   ByteReader images(folder / "images.bin");
   for (std::size_t left = images.ReadCount(73); left > 0; --left) {
-    ColmapImage image = ReadImage(images);
+    ColmapImage image = ReadImage(images, stretched);
     model.images[image.id] = std::move(image);
   }
   images.ExpectEnd();
+  AddNoteOnLengths(stretched, folder / "images.bin", notes);
   if (!std::filesystem::exists(folder / "points3D.bin")) return model;
   ByteReader points(folder / "points3D.bin");
   for (std::size_t left = points.ReadCount(51); left > 0; --left) {

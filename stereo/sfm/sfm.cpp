@@ -3,10 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <set>
+
 #include "core/error.h"
 #include "core/files.h"
 #include "stereo/sfm/bundle_adjustment.h"
 #include "stereo/sfm/camera_models.h"
+#include "stereo/sfm/feature_masks.h"
 #include "stereo/sfm/known_poses.h"
 #include "stereo/sfm/mapping.h"
 #include "stereo/sfm/scene.h"
@@ -17,16 +20,25 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr std::size_t kExhaustiveLimit = 40;  // pictures: 780 pairs
+constexpr int kSmallPart = 3;                 // pictures that make a model of their own in the end
 
-// Hash of pictures, known model and options: all that the result depends on.
+// With known poses.
+bool NeedsColmap(const SfmOptions& options) { return options.triangulate || options.bundle_adjustment; }
+
+// Hash of pictures, masks, known model and options: all that the result depends on.
 std::string ResultHash(const fs::path& folder, const std::vector<View>& views,
                        const std::optional<fs::path>& known, SfmOptions options) {
   std::uint64_t hash = Hash(ToText(ToJson(Table(options))) + " 1");
   for (const View& view : views) hash = HashFile(folder / view.PictureName(), Hash(view.name, hash));
+  if (options.masks != "no" && (!known || NeedsColmap(options)))
+    for (const View& view : views)
+      if (const fs::path mask = folder / "masks" / view.PictureName(); fs::exists(mask))
+        hash = HashFile(mask, Hash(view.name, hash));
   if (!known) return ToHex(hash);
+  const fs::path model = FindSparseModel(*known);
   for (const char* name : {"cameras", "images", "points3D"})
     for (const char* extension : {".bin", ".txt"})
-      if (const fs::path file = *known / (std::string(name) + extension); fs::exists(file))
+      if (const fs::path file = model / (std::string(name) + extension); fs::exists(file))
         hash = HashFile(file, Hash(file.filename().string(), hash));
   return ToHex(hash);
 }
@@ -66,60 +78,119 @@ void WriteResult(const fs::path& folder, const std::string& hash, const SparseMo
 }
 
 // Images of other names than ours cannot come from our database.
-void CheckNames(const SparseModel& model, const std::vector<View>& views, const fs::path& where) {
-  for (const auto& [id, image] : model.images) {
-    const bool known =
-        std::ranges::any_of(views, [&](const View& view) { return view.PictureName() == image.name; });
-    if (!known)
-      throw Error(fmt::format("COLMAP's model names a picture that it was not given: {}", image.name),
-                  where.string(), "Remove this folder and run the same command again");
+void CheckNames(const std::vector<SparseModel>& models, const std::vector<View>& views,
+                const fs::path& where) {
+  std::set<std::string> ours;
+  for (const View& view : views) ours.insert(view.PictureName());
+  for (const SparseModel& model : models)
+    for (const auto& [id, image] : model.images)
+      if (!ours.contains(image.name))
+        throw Error(fmt::format("COLMAP's model names a picture that it was not given: {}", image.name),
+                    where.string(), "Remove this folder and run the same command again");
+}
+
+// Of each model but the first the pictures that are not in the first, where they are two at least.
+std::vector<std::vector<std::string>> PiecesOf(const std::vector<SparseModel>& models) {
+  std::vector<std::vector<std::string>> pieces;
+  std::set<std::string> placed;
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    std::vector<std::string> piece;
+    for (const auto& [id, image] : models[i].images)
+      if (i == 0 || !placed.contains(image.name)) piece.push_back(image.name);
+    if (i == 0)
+      placed = {piece.begin(), piece.end()};
+    else if (piece.size() > 1)
+      pieces.push_back(std::move(piece));
   }
+  return pieces;
 }
 
 // On a scene that is mostly a plane the mapper can settle in a wrong focal length: points then miss their
 // features. Another start finds the right one.
-SparseModel TryOtherFocalLengths(const Mapping& m, SparseModel best) {
+std::vector<SparseModel> TryOtherFocalLengths(const Mapping& m, std::vector<SparseModel> found) {
   const auto doubtful = [](const SparseModel& model) { return MeanError(model) > kDoubtfulError; };
-  if (m.options.focal_px > 0) return best;
+  if (m.options.focal_px > 0) return found;
   for (const MappingAttempt& attempt : {MappingAttempt{"long-lens", 2.4}, MappingAttempt{"wide-lens", 0.7}}) {
-    if (best.images.empty() || !doubtful(best)) break;
+    if (found.empty() || !doubtful(found[0])) break;
     m.progress.Info(fmt::format("the points miss their features by {:.1f} px; another attempt with a {}",
-                                MeanError(best), attempt.focal_factor > 1 ? "longer lens" : "wider lens"));
-    SparseModel model = MapViews(m, attempt);
-    const bool as_many = model.images.size() >= best.images.size();
-    if (!model.images.empty() && !doubtful(model) && as_many) best = std::move(model);
+                                MeanError(found[0]),
+                                attempt.focal_factor > 1 ? "longer lens" : "wider lens"));
+    std::vector<SparseModel> models = MapViews(m, attempt);
+    if (models.empty()) continue;
+    const bool as_many = models[0].images.size() >= found[0].images.size();
+    if (!models[0].images.empty() && !doubtful(models[0]) && as_many) found = std::move(models);
   }
-  return best;
+  return found;
+}
+
+bool IsSound(const Mapping& m, const std::vector<SparseModel>& found) {
+  const SparseModel best = BestOf(found);
+  return RegisteredShare(best, m.views) >= kGoodShare && HasMoved(best);
+}
+
+// The last resort where the pictures have masks: hands and the like move against the object, but do not stand
+// still. Taken if it places more views, or if the cameras had hardly moved.
+void TryInsideMasks(const Mapping& m, const std::string& matcher, std::vector<SparseModel>& found,
+                    Evidence& evidence) {
+  if (m.options.masks != "auto" || IsSound(m, found) || !DropFeaturesOutsideOfMasks(m)) return;
+  m.progress.Info(fmt::format("{} of {} views placed; another attempt with features inside of the masks only",
+                              BestOf(found).images.size(), m.views.size()));
+  try {
+    MatchFeatures(m, matcher);
+  } catch (const Error&) {  // there are no matches inside of the masks
+    return;
+  }
+  std::vector<SparseModel> models = MapViews(m, {"inside-masks"});
+  const std::size_t before = HasMoved(BestOf(found)) ? BestOf(found).images.size() : 0;
+  if (BestOf(models).images.size() <= before || !HasMoved(BestOf(models))) return;
+  found = std::move(models);
+  evidence = {.images = ReadDatabase(m), .masked = true};
+}
+
+// How many of the views are in none of the models.
+std::size_t CountUnplaced(const std::vector<SparseModel>& models, const std::vector<View>& views) {
+  std::set<std::string> placed;
+  for (const SparseModel& model : models)
+    for (const auto& [id, image] : model.images) placed.insert(image.name);
+  return views.size() - placed.size();
 }
 
 // Tries what costs little first: as asked; then all pairs, if only neighbours were matched; then lower
-// thresholds; then other focal lengths.
-SparseModel EstimateByColmap(const Mapping& m) {
+// thresholds; then small parts too; then only what is inside of masks; then other focal lengths.
+SparseModel EstimateByColmap(const Mapping& m, Evidence& evidence) {
   ExtractFeatures(m);
   const bool automatic = m.options.matcher == "auto";
   const bool few = m.views.size() <= kExhaustiveLimit;
-  const std::string matcher = !automatic ? m.options.matcher : few ? "exhaustive" : "sequential";
-  MatchFeatures(m, matcher);
-  SparseModel best = MapViews(m, {"first"});
+  std::string matcher = !automatic ? m.options.matcher : few ? "exhaustive" : "sequential";
+  MatchMaskedFeatures(m, matcher);
+  std::vector<SparseModel> found = MapViews(m, {"first"});
+  const auto is_good = [&] { return RegisteredShare(BestOf(found), m.views) >= kGoodShare; };
   const auto improve = [&](const MappingAttempt& attempt) {
     m.progress.Info(
-        fmt::format("{} of {} views placed; another attempt", best.images.size(), m.views.size()));
-    SparseModel model = MapViews(m, attempt);
-    if (model.images.size() > best.images.size()) best = std::move(model);
+        fmt::format("{} of {} views placed; another attempt", BestOf(found).images.size(), m.views.size()));
+    std::vector<SparseModel> models = MapViews(m, attempt);
+    if (BestOf(models).images.size() > BestOf(found).images.size()) std::swap(found, models);
+    found.insert(found.end(), models.begin(), models.end());  // they tell what hangs together
   };
-  if (RegisteredShare(best, m.views) < kGoodShare && automatic && !few) {
-    MatchFeatures(m, "exhaustive");
+  if (!is_good() && automatic && !few) {
+    MatchFeatures(m, matcher = "exhaustive");
     improve({"all-pairs"});
   }
-  if (RegisteredShare(best, m.views) < kGoodShare) improve({.name = "lenient", .lenient = true});
-  best = TryOtherFocalLengths(m, std::move(best));
-  CheckNames(best, m.views, m.folder / "models");
-  return best;
+  if (!is_good()) improve({.name = "lenient", .lenient = true});
+  if (!is_good() && CountUnplaced(found, m.views) >= std::size_t(kSmallPart))
+    improve({.name = "parts", .least = kSmallPart});
+  evidence = {.images = ReadDatabase(m), .masked = m.options.masks == "yes"};
+  if (!IsSound(m, found)) evidence.still_background = MeasureVerifiedStillness(m).IsBackground();
+  TryInsideMasks(m, matcher, found, evidence);
+  found = TryOtherFocalLengths(m, std::move(found));
+  CheckNames(found, m.views, m.folder / "models");
+  evidence.pieces = PiecesOf(found);
+  return BestOf(found);
 }
 
 SparseModel Triangulate(const Mapping& m, const SparseModel& known) {
   ExtractFeatures(m);
-  MatchFeatures(m, m.views.size() <= kExhaustiveLimit ? "exhaustive" : "sequential");
+  MatchMaskedFeatures(m, m.views.size() <= kExhaustiveLimit ? "exhaustive" : "sequential");
   if (m.options.bundle_adjustment) return AdjustKnownPoses(m, known);
   const SparseModel model = TriangulatePoints(m, known);
   if (model.images.size() == known.images.size()) return model;
@@ -154,6 +225,15 @@ OptionTable Table(SfmOptions& o) {
       {"sfm-max-image-size", &o.max_image_size,
        "features are searched in pictures of at most this size: time and memory", "px", 100, 20000},
       {"min-registered", &o.min_registered, "share of views that must be placed", "", 0, 1},
+      {"sfm-masks",
+       &o.masks,
+       "features that poses are taken from where there are masks: all (no), those inside (yes), or (auto) "
+       "all "
+       "but what stands still outside while the object turns, and only those inside if that fails",
+       "",
+       0,
+       0,
+       {"auto", "yes", "no"}},
       {"triangulate", &o.triangulate,
        "with known poses: triangulate sparse points (slower; depth ranges also come from masks)"},
       {"bundle-adjustment", &o.bundle_adjustment,
@@ -174,24 +254,25 @@ SparseModel EstimatePoses(const fs::path& views_folder, const fs::path& sfm_fold
   CreateFolder(sfm_folder);
 
   SparseModel model;
-  std::map<std::string, DatabaseImage> database;
+  Evidence evidence;
   const fs::path log = sfm_folder / "colmap.log";
   if (known_model) {
-    model = SelectKnownPoses(ReadSparseModel(*known_model), views, known_model->string());
+    model = ReadKnownPoses(*known_model, views, progress);
     MoveToLocalFrame(model, progress);
   }
   const Eigen::Vector3d offset = model.offset;
-  if (!known_model || options.triangulate || options.bundle_adjustment) {
+  if (!known_model || NeedsColmap(options)) {
     fs::remove(log);
     Colmap colmap(options.colmap, log, progress);
     const Mapping mapping{views,   fs::absolute(views_folder), fs::absolute(sfm_folder), options, colmap,
                           progress};
-    model = known_model ? Triangulate(mapping, model) : EstimateByColmap(mapping);
-    database = ReadDatabase(mapping);
+    model = known_model ? Triangulate(mapping, model) : EstimateByColmap(mapping, evidence);
     model.offset = offset;  // COLMAP's answer knows of none
   }
-  JudgePoses(model, views, database, known_model ? 0 : options.min_registered,
-             (known_model ? *known_model : log).string(), progress);
+  if (known_model)
+    JudgeKnownPoses(model, known_model->string(), progress);
+  else
+    JudgePoses(model, views, evidence, options.min_registered, log.string(), progress);
   WriteResult(sfm_folder / "model", hash, model, views.size());
   return model;
 }

@@ -20,6 +20,7 @@ struct SfmOptions {
   int max_features = 8192;
   int max_image_size = 1600;
   double min_registered = 0.4;
+  std::string masks = "auto";
   bool triangulate = false;
   bool bundle_adjustment = false;
   int seed = 0;
@@ -33,8 +34,8 @@ OptionTable Table(SfmOptions& options);
 // pictures, bundle_adjustment.h). Image names of the result are NAME.png; views that did not register are
 // missing from it; its coordinates are local where the known ones lie far from 0 (offset). Everything is kept
 // below `sfm_folder`: colmap.log, database, models/, and the result in model/; a result that was made from
-// the same pictures and options is taken as it is. The full pictures are used, never masks. Throws Error with
-// a plain sentence on causes and cures if too few views register; warns if some do not.
+// the same pictures and options is taken as it is. What part masks play is options.masks (feature_masks.h).
+// Throws Error with a plain sentence on causes and cures if too few views register; warns if some do not.
 SparseModel EstimatePoses(const std::filesystem::path& views, const std::filesystem::path& sfm_folder,
                           const std::optional<std::filesystem::path>& known_model, const SfmOptions& options,
                           Progress& progress);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 #include "core/error.h"
 #include "core/image_io.h"
@@ -36,6 +37,20 @@ std::string Enumerate(const std::vector<std::string>& names, std::size_t most) {
   const std::string text =
       fmt::format("{}", fmt::join(names.begin(), names.begin() + std::ptrdiff_t(shown), ", "));
   return shown < names.size() ? fmt::format("{} and {} more", text, names.size() - shown) : text;
+}
+
+std::string EnumerateRuns(const std::vector<std::string>& names, const std::vector<View>& views) {
+  const std::set<std::string> wanted(names.begin(), names.end());
+  std::vector<std::string> parts;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    if (!wanted.contains(views[i].name)) continue;
+    std::size_t last = i;
+    while (last + 1 < views.size() && wanted.contains(views[last + 1].name)) ++last;
+    if (last < i + 2) last = i;  // two are no run
+    parts.push_back(last == i ? views[i].name : views[i].name + " to " + views[last].name);
+    i = last;
+  }
+  return fmt::format("{}", fmt::join(parts, ", "));
 }
 
 }  // namespace polarscan

@@ -242,6 +242,31 @@ TEST_F(Pipeline, ADryRunSaysWhatWouldBeMadeAndWhyAndTouchesNothing) {
   EXPECT_TRUE(before == Contents(scan));
 }
 
+TEST_F(Pipeline, WhatIsWrongWithKnownPosesShowsBeforeAnythingIsMadeAlsoInADryRun) {
+  const fs::path input = Folder("input"), images = input / "sparse/0/images.txt";
+  fs::copy(Input(), input, fs::copy_options::recursive);
+  fs::remove_all(input / "sparse");
+  fs::copy(Input() / "sparse", input / "sparse/0", fs::copy_options::recursive);
+  EXPECT_EQ(Plan(Command(Folder("scan"), {}, input)).at("sfm"), "it was not made yet") << "one folder down";
+
+  SparseModel model = ReadSparseModel(input / "sparse");
+  model.images.erase(std::prev(model.images.end()));
+  WriteSparseModelText(input / "sparse/0", model);
+  const Outcome without = RunPolarscan(Command(Folder("scan"), {"--dry-run"}, input));
+  EXPECT_EQ(without.exit_code, kDone);
+  EXPECT_NE(without.err.find("7 of 8 views have a known pose; the model has none for 000007"),
+            std::string::npos)
+      << without.err;
+
+  WriteFileAtomically(images, "1 1 0 0 0 a 0 3 1 000000.png\n");
+  for (const std::vector<std::string>& more : {std::vector<std::string>{"--dry-run"}, {}}) {
+    const Outcome outcome = RunPolarscan(Command(Folder("scan"), more, input));
+    EXPECT_EQ(outcome.exit_code, kFailed);
+    EXPECT_NE(outcome.err.find("line 1"), std::string::npos) << outcome.err;
+    EXPECT_FALSE(fs::exists(Folder("scan"))) << "nothing was made";
+  }
+}
+
 TEST_F(Pipeline, ADamagedFileOfTheSameSizeIsNoticedAndWhatComesOutTheSameIsNotFollowed) {
   const fs::path scan = Folder("scan");
   ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);

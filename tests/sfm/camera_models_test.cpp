@@ -31,6 +31,18 @@ TEST(CameraModels, ParametersLandWhereColmapPutsThem) {
   EXPECT_EQ(ToPinhole({1, "SIMPLE_PINHOLE", 640, 480, {500, 320, 240}}).fy, 500);
 }
 
+TEST(CameraModels, FullOpencvWithoutItsLastParametersIsOpencv) {
+  ColmapCamera camera{
+      1, "FULL_OPENCV", 640, 480, {500, 510, 320, 240, 0.1, -0.05, 0.002, -0.003, 0, 0, 0, 0}};
+  const Lens lens = ToLens(camera);
+  EXPECT_EQ(lens.pinhole.fy, 510);
+  EXPECT_EQ(lens.pinhole.cy, 240);
+  EXPECT_EQ(lens.k2, -0.05);
+  EXPECT_EQ(lens.p2, -0.003);
+  camera.params[9] = 0.01;
+  EXPECT_NE(ErrorOf([&] { ToLens(camera); }).find("k3 to k6"), std::string::npos);
+}
+
 TEST(CameraModels, UndistortInvertsDistort) {
   const Lens lens = ToLens({1, "OPENCV", 640, 480, {500, 510, 320, 240, -0.2, 0.05, 0.002, -0.003}});
   for (double x = -0.6; x <= 0.6; x += 0.1)

@@ -108,6 +108,62 @@ TEST_F(Database, OfALaterColmapOnlyMatchesAreForgotten) {
   EXPECT_EQ(Rows(folder / "a.db"), before);
 }
 
+// Two pictures with three features each, in the columns of COLMAP 3.8, and a match that was not verified.
+void WriteFeatures(const std::filesystem::path& path) {
+  const auto blob = [](const auto& values) {
+    const auto* bytes = reinterpret_cast<const unsigned char*>(values.data());
+    std::string text;
+    for (std::size_t i = 0; i < values.size() * sizeof(values[0]); ++i)
+      text += fmt::format("{:02x}", bytes[i]);
+    return "x'" + text + "'";
+  };
+  std::string sql =
+      "CREATE TABLE images (image_id INTEGER, name TEXT, camera_id INTEGER);"
+      "INSERT INTO images VALUES (1, 'a.png', 1), (2, 'b.png', 1);";
+  for (const char* table : {"keypoints", "descriptors"})
+    sql += fmt::format("CREATE TABLE {} (image_id INTEGER, rows INTEGER, cols INTEGER, data BLOB);", table);
+  for (const char* table : {"matches", "two_view_geometries"})
+    sql += fmt::format("CREATE TABLE {} (pair_id INTEGER, rows INTEGER, cols INTEGER, data BLOB);", table);
+  for (const float id : {1.f, 2.f}) {
+    const std::vector<float> places = {id, 10, 7, 7, id, 20, 7, 7, id, 30, 7, 7};
+    std::vector<unsigned char> descriptors(3 * 128);
+    for (std::size_t i = 0; i < descriptors.size(); ++i) descriptors[i] = static_cast<unsigned char>(i / 128);
+    sql += fmt::format("INSERT INTO keypoints VALUES ({}, 3, 4, {});", id, blob(places));
+    sql += fmt::format("INSERT INTO descriptors VALUES ({}, 3, 128, {});", id, blob(descriptors));
+  }
+  sql += fmt::format("INSERT INTO matches VALUES ({}, 2, 2, {});", std::int64_t(2147483647) + 2,
+                     blob(std::vector<std::uint32_t>{0, 2, 1, 0}));
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);
+  ASSERT_EQ(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK)
+      << sqlite3_errmsg(database);
+  sqlite3_close(database);
+}
+
+TEST_F(Database, FeaturesAreReadAndDropped) {
+  const std::filesystem::path path = folder / "a.db";
+  WriteFeatures(path);
+  ASSERT_EQ(ReadFeaturePlaces(path).at("b.png").size(), 3u);
+  EXPECT_EQ(ReadFeaturePlaces(path).at("b.png")[1], Eigen::Vector2f(2, 20));
+  EXPECT_TRUE(ReadMatches(path, Matches::kVerified).empty());
+  const auto matches = ReadMatches(path, Matches::kFound);
+  ASSERT_EQ(matches.size(), 1u);
+  EXPECT_EQ(matches[0].a, "a.png");
+  EXPECT_EQ(matches[0].b, "b.png");
+  EXPECT_EQ(matches[0].features, (std::vector<IndexPair>{{0, 2}, {1, 0}}));
+
+  DropFeatures(path, {{"b.png", {false, true, false}}});
+  EXPECT_EQ(ReadFeaturePlaces(path).at("a.png").size(), 3u);
+  EXPECT_EQ(ReadFeaturePlaces(path).at("b.png"), (std::vector<Eigen::Vector2f>{{2, 10}, {2, 30}}));
+  const Descriptors left = ReadDescriptors(path).at("b.png");
+  ASSERT_EQ(left.count(), 2);
+  EXPECT_EQ(left.values.back(), 2) << "the third's";
+  EXPECT_TRUE(ReadMatches(path, Matches::kFound).empty());
+  DropFeatures(path, {{"b.png", {true, true}}});
+  EXPECT_TRUE(ReadFeaturePlaces(path).at("b.png").empty());
+  EXPECT_EQ(ReadDatabase(path).at("b.png").keypoints, 0);
+}
+
 TEST_F(Database, ADamagedOneIsNamed) {
   WriteFileAtomically(folder / "a.db", "no database, but long enough to be looked at as if it were one");
   const std::string message = ErrorOf([&] { NormalizeDatabase(folder / "a.db", true); });

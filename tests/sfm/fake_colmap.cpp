@@ -56,6 +56,17 @@ std::string Help(const std::string& release) {
 
 }  // namespace
 
+SparseModel WithPoint(SparseModel model) {
+  if (!model.points.empty()) return model;
+  ColmapPoint point{{0, 0, 0}, {}, 0.4, {}};
+  for (auto& [id, image] : model.images) {
+    if (image.observations.empty()) image.observations.resize(1);
+    point.track.push_back({id, 0});
+  }
+  model.points[1] = point;
+  return model;
+}
+
 FakeColmap::FakeColmap(const std::filesystem::path& folder, const std::string& release) : folder_(folder) {
   std::string program = kProgram;
   program.replace(program.find("RELEASE"), 7, release);
@@ -75,8 +86,8 @@ void FakeColmap::ExtractorWrites(const std::vector<std::string>& names, int keyp
     sql += fmt::format("INSERT INTO images VALUES ({}, '{}', 1);", i + 1, names[i]);
     sql += fmt::format("INSERT INTO keypoints VALUES ({}, {});", i + 1, keypoints);
     if (int(i) + 1 < matched)
-      matches +=
-          fmt::format("INSERT INTO two_view_geometries VALUES ({}, 50);", (i + 1) * 2147483647 + i + 2);
+      matches += fmt::format("INSERT INTO two_view_geometries VALUES ({}, {});", (i + 1) * 2147483647 + i + 2,
+                             matches_);
   }
   sql += descriptors_;
   std::filesystem::remove(folder_ / "prepared.db");
@@ -99,8 +110,12 @@ void FakeColmap::Change(const std::string& name, const std::string& sql) {
 void FakeColmap::ImportsMatches() {
   descriptor_tables_ = "CREATE TABLE descriptors (image_id INTEGER, rows INTEGER, cols INTEGER, data BLOB);";
   descriptors_ = "INSERT INTO descriptors SELECT image_id, 20, 128, randomblob(20 * 128) FROM images;";
-  WriteFileAtomically(folder_ / "options",
-                      ReadFile(folder_ / "options") + "  --match_list_path arg\n  --match_type arg\n");
+  ListsOption("match_list_path");
+  ListsOption("match_type");
+}
+
+void FakeColmap::ListsOption(const std::string& name) {
+  WriteFileAtomically(folder_ / "options", ReadFile(folder_ / "options") + "  --" + name + " arg\n");
 }
 
 void FakeColmap::ExtractorGuessesFocalLength(int width, int height) {
@@ -114,7 +129,7 @@ void FakeColmap::ExtractorGuessesFocalLength(int width, int height) {
 void FakeColmap::MapperWrites(const std::vector<SparseModel>& models) {
   std::filesystem::remove_all(folder_ / "models");
   for (std::size_t i = 0; i < models.size(); ++i)
-    WriteSparseModelBinary(folder_ / "models" / std::to_string(i), models[i]);
+    WriteSparseModelBinary(folder_ / "models" / std::to_string(i), WithPoint(models[i]));
   CreateFolder(folder_ / "models");
   On("mapper", "cp -r models/. $output");
 }

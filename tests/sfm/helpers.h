@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <string>
@@ -34,12 +35,15 @@ class FolderTest : public testing::Test {
 class Listener : public Progress {
  public:
   void Warn(const std::string& message) override { warnings.push_back(message); }
-  bool Heard(const std::string& text) const {
-    for (const std::string& warning : warnings)
-      if (warning.find(text) != std::string::npos) return true;
-    return false;
+  void Info(const std::string& message) override { infos.push_back(message); }
+  bool Heard(const std::string& text) const { return IsIn(warnings, text); }
+  bool HeardInfo(const std::string& text) const { return IsIn(infos, text); }
+  std::vector<std::string> warnings, infos;
+
+ private:
+  static bool IsIn(const std::vector<std::string>& messages, const std::string& text) {
+    return std::ranges::any_of(messages, [&](const auto& m) { return m.find(text) != std::string::npos; });
   }
-  std::vector<std::string> warnings;
 };
 
 // The message of the Error that `call` throws; "" (and a failure) if it throws none.

@@ -137,6 +137,113 @@ TEST_F(SparseModelFiles, DamagedTextNamesFileAndLine) {
   EXPECT_THROW(ReadSparseModel(folder), Error);
 }
 
+// A model as people have it who wrote it in an editor, each time in another way.
+class HandWritten : public FolderTest {
+ protected:
+  void SetUp() override {
+    FolderTest::SetUp();
+    Write("cameras", cameras);
+    Write("images", images);
+  }
+  void Write(const std::string& name, const std::string& text) {
+    WriteFileAtomically(folder / (name + ".txt"), text);
+  }
+  static std::string Replaced(std::string text, const std::string& from, const std::string& to) {
+    for (std::size_t at = text.find(from); at != text.npos; at = text.find(from, at + to.size()))
+      text.replace(at, from.size(), to);
+    return text;
+  }
+  void ExpectModel(const std::string& how) {
+    const SparseModel model = ReadSparseModel(folder);
+    ASSERT_EQ(model.images.size(), 3u) << how;
+    EXPECT_EQ(model.cameras.at(1).params, (std::vector<double>{500, 501, 160, 128})) << how;
+    EXPECT_EQ(model.images.at(2).name, "b 2.png") << how;
+    EXPECT_EQ(model.images.at(3).name, "c.png") << how;
+    EXPECT_EQ(model.images.at(3).cam_from_world.translation, Eigen::Vector3d(0.5, 0, 3)) << how;
+    EXPECT_NEAR(model.images.at(2).cam_from_world.rotation(0, 1), -1, 1e-12) << how;
+  }
+
+  const std::string cameras = "1 PINHOLE 320 256 500 501 160 128\n";
+  const std::string images =
+      "1 1 0 0 0 0 0 3 1 a.png\n\n2 0.70710678118654757 0 0 0.70710678118654757 1e-1 0 3 1 b 2.png\n\n"
+      "3 1 0 0 0 0.5 0 3 1 c.png\n\n";
+};
+
+TEST_F(HandWritten, TextIsReadWhateverEditorItComesFrom) {
+  ExpectModel("as COLMAP writes it");
+  const std::string bom = "\xef\xbb\xbf";
+  Write("cameras", bom + Replaced(cameras, "\n", "\r\n"));
+  Write("images", bom + Replaced(images, "\n", "\r\n"));
+  ExpectModel("byte order mark, carriage returns");
+  Write("cameras", "  " + Replaced(cameras, " ", "\t ") + "  \n\n");
+  Write("images", Replaced(images, "1 a.png\n", "1 a.png  \t\n") + "\n  \n");
+  ExpectModel("tabs, blanks and empty lines");
+  Write("cameras",
+        bom + "# mine\n\t# focal lengths guessed\n" + Replaced(cameras, "128\n", "128 # measured\n"));
+  Write("images", "#\n" + Replaced(Replaced(images, "1 a.png\n", "1 a.png # front\n# none yet\n"), "2.png",
+                                   "2.png\t#"));
+  ExpectModel("comments anywhere");
+  Write("cameras", Replaced(cameras, "PINHOLE 320 256", "Pinhole 320.0 2.56e2"));
+  Write("images", Replaced(Replaced(images, "\n3 1", "\n3.0 +1"), "3 1 c", "3 1.0 c"));
+  ExpectModel("numbers as spreadsheets write them");
+}
+
+TEST_F(HandWritten, LinesOfObservationsMayBeLeftOut) {
+  Write("images", Replaced(images, "\n\n", "\n"));
+  ExpectModel("none");
+  Write("images", Replaced(Replaced(images, "\n\n", "\n"), "a.png\n",
+                           "a.png\n10 20 -1 30.5 40 18446744073709551615\n"));
+  ExpectModel("one of three");
+  EXPECT_EQ(ReadSparseModel(folder).images.at(1).observations.at(1).point_id, -1);
+  Write("images", "1 1 0 0 0 0 0 3 1 17\n2 1 0 0 0 0 0 4 1 18");
+  EXPECT_EQ(ReadSparseModel(folder).images.at(2).name, "18") << "a name that is a number, no line end";
+}
+
+TEST_F(HandWritten, WhatCannotBeReadIsQuotedWithItsForm) {
+  const auto expect = [&](const std::string& file, const std::string& text,
+                          const std::vector<std::string>& words) {
+    Write(file, text);
+    const std::string message = ErrorOf([&] { ReadSparseModel(folder); });
+    for (const std::string& word : words) EXPECT_NE(message.find(word), std::string::npos) << message;
+    EXPECT_EQ(message.find("damaged"), std::string::npos) << message;
+    Write("cameras", cameras);
+    Write("images", images);
+  };
+  expect("images", "# x\n1, 1, 0, 0, 0, 0, 0, 3, 1, a.png\n",
+         {"line 2", "\"1, 1, 0", "QW QX QY QZ", "images.txt"});
+  expect("images", "1 1 0 0 0 0 0 3 1\n", {"line 1", "name is missing"});
+  expect("images", images + "3 1 0 0 0 0 0 3 1 d.png\n", {"line 7", "an image 3 already, c.png"});
+  expect("images", "1 1 0 0 0 0 0 3 9 a.png\n", {"no camera 9", "a.png"});
+  expect("images", "\xff\xfe 1", {"UTF-16"});
+  expect("cameras", "1 PINHOLE 320 256 500 160 128\n", {"line 1", "PINHOLE takes 4 parameters, these are 3"});
+}
+
+TEST_F(HandWritten, AQuaternionOfAnotherLengthIsNotedAndTakenForItsDirection) {
+  std::vector<std::string> notes;
+  ReadSparseModel(folder, &notes);
+  EXPECT_TRUE(notes.empty());
+  Write("images", Replaced(images, "0.70710678118654757", "2"));
+  const SparseModel model = ReadSparseModel(folder, &notes);
+  EXPECT_NEAR(model.images.at(2).cam_from_world.rotation(0, 1), -1, 1e-12);
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_NE(notes[0].find("b 2.png"), std::string::npos) << notes[0];
+}
+
+TEST_F(HandWritten, PointsMayNameImagesThatWereTakenOut) {
+  Write("points3D", "7 0 0 1 255 255 255 0.5 1 0 8 3 # seen by 1 and 8\n");
+  EXPECT_TRUE(ReadSparseModel(folder).points.at(7).track.empty());
+}
+
+TEST_F(HandWritten, TheOnlyModelOneFolderDownIsTaken) {
+  const std::filesystem::path sparse = folder / "sparse";
+  WriteSparseModelBinary(sparse / "3", Example());
+  EXPECT_EQ(ReadSparseModel(sparse).images.size(), 4u);
+  EXPECT_EQ(FindSparseModel(sparse), sparse / "3");
+  WriteSparseModelText(sparse / "10", Example());
+  const std::string message = ErrorOf([&] { ReadSparseModel(sparse); });
+  EXPECT_NE(message.find("2 COLMAP models here (10, 3)"), std::string::npos) << message;
+}
+
 TEST_F(SparseModelFiles, NeedAFolderWithAModel) {
   EXPECT_THROW(ReadSparseModel(folder), Error);
   EXPECT_THROW(ReadSparseModel(folder / "missing"), Error);

@@ -225,15 +225,69 @@ TEST_F(Sfm, TooFewPlacedViewsAreAnErrorAndSomeAreAWarning) {
   colmap().ExtractorWrites(names, 1000, 6);  // 006 to 009 match nothing
   const std::string message = RunError();
   EXPECT_TRUE(Contains(message, "only 3 of 10 views could be placed")) << message;
-  EXPECT_TRUE(Contains(message, "no match with any other view for 006, 007, 008, 009")) << message;
-  EXPECT_TRUE(Contains(message, "too few matches for 003, 004, 005")) << message;
+  EXPECT_TRUE(Contains(message, "no match with any other view for 006 to 009")) << message;
+  EXPECT_TRUE(Contains(message, "too few matches for 003 (at most 50 with one view)")) << message;
+  EXPECT_TRUE(Contains(message, "matches only with others that were not placed for 004, 005")) << message;
   options.min_registered = 0.2;
   EXPECT_EQ(Run().images.size(), 3u);
   EXPECT_TRUE(progress.Heard("only 3 of 10 views"));
 }
 
+TEST_F(Sfm, SmallPartsThatDoNotHangTogetherAreNamedAndTheLargestIsTaken) {
+  colmap().ListsOption("Mapper.min_model_size");
+  colmap().MapperWrites({Registered(7, 10), Registered(0, 6)});
+  colmap().On("mapper", "tail -n 1 calls | grep -q 'min_model_size 3' && cp -r models/. $output");
+  EXPECT_EQ(Run().images.size(), 6u);
+  EXPECT_TRUE(Contains(colmap().calls(), "--Mapper.min_model_size 10")) << "tried before";
+  EXPECT_TRUE(progress.Heard("only 6 of 10 views"));
+  EXPECT_TRUE(progress.Heard("007 to 009 hang together but not with the rest (no matches between them)"));
+  EXPECT_TRUE(progress.Heard("too few matches for 006 (at most 50"));
+  EXPECT_TRUE(progress.Heard("lead from one part to the other"));
+}
+
+TEST_F(Sfm, ManyMatchesAreNotCalledTooFew) {
+  colmap().MapperWrites({Registered(0, 9)});
+  colmap().Matches(400);
+  colmap().ExtractorWrites(names, 1000, kViews);
+  EXPECT_EQ(Run().images.size(), 9u);
+  EXPECT_TRUE(progress.Heard("1 of 10 views could not be placed"));
+  EXPECT_TRUE(progress.Heard("matches, but no place that fits them, for 009"));
+  EXPECT_FALSE(progress.Heard("too few"));
+}
+
+// Points at the origin, 4 from the cameras, whose focal length is 150 px.
+SparseModel WithCamerasApart(SparseModel model, double parallax_px) {
+  double extent = 0;
+  for (const auto& [a, one] : model.images)
+    for (const auto& [b, other] : model.images)
+      extent = std::max(extent, (one.cam_from_world.Center() - other.cam_from_world.Center()).norm());
+  const Eigen::Vector3d first = model.images.begin()->second.cam_from_world.Center();
+  ColmapPoint point{{0, 0, 0}, {}, 0.3, {}};
+  for (auto& [id, image] : model.images) {
+    const Eigen::Vector3d centre =
+        first + (image.cam_from_world.Center() - first) * (parallax_px / 150 * 4 / extent);
+    image.cam_from_world = LookAt(centre, {0, 0, 0});
+    image.observations.resize(1);
+    point.track.push_back({id, 0});
+  }
+  model.points[1] = point;
+  return model;
+}
+
+TEST_F(Sfm, CamerasThatHardlyMovedAreRefusedAndSmallBaselinesAreNot) {
+  colmap().MapperWrites({WithCamerasApart(Registered(0, 10), 0.01)});
+  const std::string message = RunError();
+  EXPECT_TRUE(Contains(message, "the cameras hardly moved against the depth of what they see: by 0.01 px"))
+      << message;
+  EXPECT_TRUE(Contains(message, "stands still")) << message;
+  EXPECT_TRUE(Contains(message, "--sfm-masks yes")) << message;
+  const double one_degree_px = 150 * M_PI / 180;
+  colmap().MapperWrites({WithCamerasApart(Registered(0, 10), one_degree_px)});
+  EXPECT_EQ(Run().images.size(), 10u);
+}
+
 TEST_F(Sfm, LowerThresholdsAreTriedBeforeGivingUp) {
-  WriteSparseModelBinary(folder / "fake/models2/0", Registered(0, 9));
+  WriteSparseModelBinary(folder / "fake/models2/0", WithPoint(Registered(0, 9)));
   colmap().MapperWrites({Registered(0, 3)});
   colmap().On("mapper",
               "case $output in *lenient) cp -r models2/. $output;; *) cp -r models/. $output;; esac");
@@ -385,6 +439,7 @@ TEST_F(Sfm, KnownPosesScaleToThePicturesSize) {
   WriteSparseModelText(folder / "given", given);
   known = folder / "given";
   EXPECT_EQ(Run().cameras.at(3).params, (std::vector<double>{150, 150, 60, 50}));
+  EXPECT_TRUE(progress.Heard("is for 240 x 200 pixels, the pictures have 120 x 100: it is scaled"));
   given.cameras[3].width = 300;
   WriteSparseModelText(folder / "given", given);
   EXPECT_TRUE(Contains(RunError(), "300 x 200"));
@@ -394,7 +449,39 @@ TEST_F(Sfm, MissingKnownPosesAreWarnedOf) {
   WriteSparseModelText(folder / "given", Registered(0, 7));
   known = folder / "given";
   EXPECT_EQ(Run().images.size(), 7u);
-  EXPECT_TRUE(progress.Heard("7 of 10 views"));
+  EXPECT_TRUE(progress.Heard("7 of 10 views have a known pose; the model has none for 007 to 009"));
+  for (const std::string& warning : progress.warnings) EXPECT_FALSE(Contains(warning, "match")) << warning;
+}
+
+TEST_F(Sfm, NamesOfKnownPosesMayLackFoldersAndExtensionsOrHaveOthers) {
+  SparseModel given = ModelOf(views, "");
+  given.images[12].name = "C:\\pictures\\001.jpg";
+  given.images[13].name = "/home/me/002.png";
+  given.images[14].name = "003.tar.gz";  // no view of ours
+  WriteSparseModelText(folder / "given/0", given);
+  known = folder / "given";
+  EXPECT_EQ(Run().images.size(), 9u);
+  EXPECT_TRUE(progress.Heard("none for 003,"));
+  given.images[11].name = "right/000.png";
+  given.images[15].name = "left/000.png";
+  WriteSparseModelText(folder / "given/0", given);
+  EXPECT_TRUE(Contains(RunError(), "the images right/000.png and left/000.png of the model are both named"));
+}
+
+TEST_F(Sfm, KnownPosesThatCannotBeAreSaid) {
+  known = folder / "given";
+  WriteSparseModelText(*known, Registered(0, 1));
+  EXPECT_TRUE(Contains(RunError(), "only 1 of 10 views has a known pose"));
+  SparseModel given = Registered(0, 10);
+  for (auto& [id, image] : given.images)  // the camera's place instead of the translation's, say
+    image.cam_from_world.translation = -(image.cam_from_world.rotation * Eigen::Vector3d(1, 2, 3));
+  WriteSparseModelText(*known, given);
+  EXPECT_TRUE(Contains(RunError(), "all cameras of the known poses stand at one place"));
+  given = Registered(0, 10);
+  given.cameras[3].params = {8, 8, 60, 50};  // millimetres
+  WriteSparseModelText(*known, given);
+  Run();
+  EXPECT_TRUE(progress.Heard("Focal lengths and principal points are in pixels"));
 }
 
 TEST_F(Sfm, RealColmapFindsNothingOnBlankPictures) {
