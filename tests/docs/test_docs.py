@@ -10,11 +10,11 @@ SMALLER = [(r"--width \d+ --height \d+", "--width 160 --height 128 --samples 1")
 
 
 def help_of(path):
-    return subprocess.run([PROGRAM, "help", *path], capture_output=True, text=True, check=True).stdout
+    return subprocess.run([PROGRAM, *path, "--help-all"], capture_output=True, text=True, check=True).stdout
 
 
 def subcommands(text):
-    return re.findall(r"^  ([a-z]+) ", text.split("Subcommands:")[1], re.M) if "Subcommands:" in text else []
+    return re.findall(r"^  ([a-z]+) ", text.split("Subcommands:")[1].split("\nExample:")[0], re.M) if "Subcommands:" in text else []
 
 
 class Commands(unittest.TestCase):
@@ -22,7 +22,7 @@ class Commands(unittest.TestCase):
         self.known = {}
 
     def words(self, path):
-        """(commands below, options) of a command, from its --help."""
+        """(commands below, options) of a command, from its --help-all."""
         if path not in self.known:
             text = help_of(path)
             self.known[path] = (subcommands(text), set(re.findall(r"(?<![\w-])--?[a-z][\w-]*", text)))
@@ -52,6 +52,13 @@ class Commands(unittest.TestCase):
                     self.check(command[1], f"{page.name}:{number}")
                     count += 1
         self.assertGreater(count, 45)
+
+    def test_every_command_shows_an_example_that_exists(self):
+        for path in self.all_commands(()):
+            examples = re.findall(r"^  (polarscan .*)", help_of(path).split("\nExample:\n")[1], re.M)
+            self.assertTrue(any(" ".join(("polarscan",) + path) in line for line in examples), path)
+            for line in examples:
+                self.check(line, path)
 
     def test_options_named_in_a_sentence_exist(self):
         everything = "".join(help_of(path) for path in self.all_commands(()))
