@@ -7,6 +7,7 @@
 
 #include "apps/option_words.h"
 #include "apps/usage.h"
+#include "core/words.h"
 
 namespace polarscan {
 namespace {
@@ -35,7 +36,8 @@ class TomlLine {
     if (quote != '"' && quote != '\'') {
       const std::size_t begin = at_;
       at_ = std::min(text_.find_first_of(" \t\r=#[],", at_), text_.size());
-      if (at_ == begin) throw CLI::ConfigError(fmt::format("'{}' is not expected there", text_[at_]));
+      if (at_ == begin)
+        throw CLI::ConfigError(fmt::format("'{}' is not expected there", Excerpt(text_.substr(at_, 1))));
       return text_.substr(begin, at_ - begin);
     }
     std::string word;
@@ -48,7 +50,8 @@ class TomlLine {
     return word;
   }
   void ExpectEnd() {
-    if (!AtEnd()) throw CLI::ConfigError(fmt::format("'{}' is not expected there", text_.substr(at_)));
+    if (!AtEnd())
+      throw CLI::ConfigError(fmt::format("'{}' is not expected there", Excerpt(text_.substr(at_))));
   }
 
  private:
@@ -63,7 +66,7 @@ const CLI::App& CommandAt(const CLI::App& above, const std::string& path) {
     const std::vector<const CLI::App*> below = CommandsOf(*command);
     const auto found = std::ranges::find(below, name, &CLI::App::get_name);
     if (found == below.end())
-      throw CLI::ConfigError(fmt::format("[{}]: {}", path, NoSuchCommand(*command, name)));
+      throw CLI::ConfigError(fmt::format("[{}]: {}", Excerpt(path), NoSuchCommand(*command, Excerpt(name))));
     command = *found;
   }
   return *command;
@@ -119,7 +122,7 @@ std::vector<CLI::ConfigItem> ConfigFile::from_config(std::istream& file) const {
       item.name.erase(0, dot + 1);  // npos + 1 is 0
       const CLI::Option* option = owner.get_option_no_throw("--" + item.name);
       if (!option || !option->get_configurable())
-        throw CLI::ConfigError(NoSuchOption(owner, "--" + item.name));
+        throw CLI::ConfigError(NoSuchOption(owner, "--" + Excerpt(item.name)));
       item.parents = PathOf(owner);
       item.parents.erase(item.parents.begin());  // the program
       places_[option->get_name()] = place;

@@ -23,6 +23,7 @@
 #include "apps/usage.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "core/words.h"
 
 namespace polarscan {
 namespace {
@@ -112,7 +113,7 @@ std::string WordsFor(const std::exception& error) {
     return fmt::format(
         "a JSON file holds something else than polarscan writes: it was changed, or another program's. "
         "polarscan check FOLDER says which (what was noticed: {})",
-        std::string_view(error.what()).substr(std::string_view(error.what()).find("] ") + 2));
+        JsonReason(error.what()));
   return fmt::format("this is a fault of polarscan and not yours; please report it with your command: {}",
                      error.what());
 }

@@ -13,6 +13,7 @@
 #include <string_view>
 
 #include "core/error.h"
+#include "core/words.h"
 
 namespace polarscan {
 namespace {
@@ -140,10 +141,10 @@ class ObjReader {
   }
   std::size_t Index(std::string_view word, std::size_t count, const char* what) const {
     const std::optional<std::int64_t> index = ToNumber<std::int64_t>(word);
-    if (!index) Fail(fmt::format("'{}' is no {}", word, what));
+    if (!index) Fail(fmt::format("'{}' is no {}", Excerpt(word), what));
     const std::int64_t from_0 = *index < 0 ? std::int64_t(count) + *index : *index - 1;
     if (from_0 < 0 || from_0 >= std::int64_t(count))
-      Fail(fmt::format("a face names {} {}, and {} are there so far", what, word, count));
+      Fail(fmt::format("a face names {} {}, and {} are there so far", what, *index, count));
     return std::size_t(from_0);
   }
   ObjCorner Corner(std::string_view word) const {

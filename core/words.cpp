@@ -50,4 +50,16 @@ std::string NearestName(const std::string& name, const std::vector<std::string>&
   return longer == names.end() ? "" : *longer;
 }
 
+std::string Excerpt(std::string_view text) {
+  std::string excerpt(text.substr(0, 40));
+  std::ranges::replace_if(
+      excerpt, [](unsigned char c) { return c < 32 || c == 127; }, '?');
+  return text.size() > 40 ? excerpt + "..." : excerpt;
+}
+
+std::string JsonReason(const std::string& what) {
+  const std::size_t end = what.find("] ");
+  return what.starts_with("[json.") && end != std::string::npos ? what.substr(end + 2) : what;
+}
+
 }  // namespace polarscan

@@ -132,14 +132,14 @@ TEST_F(Usage, WhatTheCommandLineCannotMeanIsAnsweredWithWhatItCould) {
 
 TEST_F(Usage, WhatIsNotWhatACommandTakesIsNamedWithWhatWouldBe) {
   const std::string scan = At("scan"), pictures = At("pictures"), session = At("session"),
-                    empty = At("empty");
+                    empty = At("empty"), layout = "90 45 / 135 0";
   const std::vector<WrongUsage> all = {
       {{"reconstruct", empty, "-o", At("new")}, kFailed, {empty}},
-      {{"reconstruct", pictures, "-o", At("text.txt")}, kFailed, {At("text.txt")}},
-      {{"reconstruct", pictures, "-o", "/proc/new"}, kFailed, {"/proc/new"}},
-      {{"reconstruct", pictures, "-o", At("folder.glb")}, kFailed, {"other files", "-o"}},
+      {{"reconstruct", pictures, "-o", At("text.txt"), "--layout", layout}, kFailed, {At("text.txt")}},
+      {{"reconstruct", pictures, "-o", "/proc/new", "--layout", layout}, kFailed, {"/proc/new"}},
+      {{"reconstruct", pictures, "-o", At("folder.glb"), "--layout", layout}, kFailed, {"other files", "-o"}},
       {{"demosaic", empty, "-o", At("new")}, kFailed, {empty}},
-      {{"demosaic", pictures, "-o", At("text.txt")}, kFailed, {At("text.txt")}},
+      {{"demosaic", pictures, "-o", At("text.txt"), "--layout", layout}, kFailed, {At("text.txt")}},
       {{"sfm", pictures}, kFailed, {"no scan", "polarscan reconstruct"}},
       {{"stereo", session}, kFailed, {"no scan", "polarscan reconstruct"}},
       {{"fuse", empty}, kFailed, {"no scan", "polarscan reconstruct"}},
@@ -257,9 +257,6 @@ TEST_F(Usage, ForeignJsonInTheFilesOfAScanIsAnsweredInWords) {
   const TemporaryFolder folder;
   const fs::path scan = folder / "scan";
   fs::copy(At("scan"), scan, fs::copy_options::recursive);
-  ASSERT_EQ(
-      RunPolarscan({"evaluate", scan.string(), "--truth", At("ball.ply"), "--samples", "1000"}).exit_code,
-      kDone);
   const Words foreign = {"[]",
                          "{}",
                          "null",
@@ -274,6 +271,9 @@ TEST_F(Usage, ForeignJsonInTheFilesOfAScanIsAnsweredInWords) {
       {"dense/views.json", {"report", "check", "mesh", "fuse", "stereo", "evaluate"}},
       {"evaluation/evaluation.json", {"report", "check"}}};
   for (const auto& [name, commands] : read_by) {
+    ASSERT_EQ(
+        RunPolarscan({"evaluate", scan.string(), "--truth", At("ball.ply"), "--samples", "1000"}).exit_code,
+        kDone);
     const std::string good = ReadFile(scan / name);
     for (const std::string& text : foreign)
       for (const std::string& command : commands) {
