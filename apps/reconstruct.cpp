@@ -36,7 +36,7 @@ void RunStages(Scan& scan, const Input& input, const Arguments& a) {
 // Seconds of one core a megapixel of pictures or, with masks, of the object: docs/performance.md, "Time to
 // expect".
 double StereoRate(const std::string& preset) {
-  if (preset == "fast") return 20;
+  if (preset == "fast") return 24;
   if (preset == "best") return 70;
   return preset == "paper" ? 90 : 35;
 }
@@ -58,7 +58,7 @@ std::string TimeText(const nlohmann::json& time, const std::string& preset) {
   return fmt::format(
       "stereo takes most of the time, here about {} on {} cores: {:.3g} megapixels of all views at {} s of "
       "one "
-      "core (preset {}, measured; with masks only the object's pixels count)",
+      "core (preset {}; an estimate, docs/performance.md; with masks only the object's pixels count)",
       FormatDuration(time.at("seconds").get<double>()), time.at("cores").get<int>(),
       time.at("megapixels").get<double>(), time.at("seconds_of_a_core_per_megapixel").get<double>(), preset);
 }
