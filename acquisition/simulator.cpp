@@ -73,7 +73,8 @@ void WriteTruth(const fs::path& folder, const Scene& scene, const Pinhole& camer
 OptionTable SceneTable(SceneOptions& scene) {
   return {
       {"scene", &scene.scene, "object to stand on the table", "", -1e300, 1e300, ShapeNames()},
-      {"mesh", &scene.mesh, "PLY file of an object to use instead; it is scaled to bounding radius 1"},
+      {"mesh", &scene.mesh,
+       "PLY, STL or OBJ file of an object to use instead; it is scaled to bounding radius 1"},
       {"up", &scene.up, "axis of that file that points up", "", -1e300, 1e300, {"y", "z"}},
       {"texture",
        &scene.texture,

@@ -251,7 +251,7 @@ CLI::App* AddStep(CLI::App& parent, const char* name, const char* help,
   CLI::App* command = parent.add_subcommand(name, help);
   command->add_option("INPUT", a->input, "A session, or a folder of raw mosaics (docs/input.md)")
       ->required()
-      ->check(CLI::ExistingDirectory);
+      ->check(IsFolder());
   command->callback([a, step, &context] { DoWhole("nothing was written", [&] { step(*a, context); }); });
   return command;
 }
@@ -268,31 +268,38 @@ void AddCalibrateCommand(CLI::App& app, Context& context) {
   CLI::App* calibrate = app.add_subcommand(
       "calibrate", "What is true of this one camera: black level, gain, polarizers (docs/calibration.md)");
   calibrate->require_subcommand(1);
+  AddExample(*calibrate,
+             "  polarscan calibrate dark dark-frames -o calibration\n"
+             "  polarscan calibrate polarizer turned-frames -o calibration");
 
   auto a = std::make_shared<CalibrateArguments>();
   CLI::App* dark = AddStep(*calibrate, "dark", "Black level of every pixel and read noise, from dark frames",
                            a, RunDark, context);
+  AddExample(*dark, "  polarscan calibrate dark dark-frames -o calibration");
   AddOutput(*dark, *a);
-  AddOptions(*dark, FramesTable(a->meaning), "Input");
+  AddOptions(*dark, FramesTable(a->meaning), kInputGroup);
 
   CLI::App* flat =
       AddStep(*calibrate, "flat", "Gain and noise, from pairs of frames of even light", a, RunFlat, context);
+  AddExample(*flat, "  polarscan calibrate flat flat-frames -o calibration");
   AddOutput(*flat, *a);
   flat->add_flag("--unpolarized", a->flat.unpolarized,
                  "The light is known to be unpolarized: what differs between the angles is gain");
-  AddOptions(*flat, FramesTable(a->meaning), "Input");
+  AddOptions(*flat, FramesTable(a->meaning), kInputGroup);
 
   CLI::App* polarizer =
       AddStep(*calibrate, "polarizer",
               "Response of every pixel, from a linear polarizer turned in front of even light", a,
               RunPolarizer, context);
+  AddExample(*polarizer, "  polarscan calibrate polarizer turned-frames -o calibration");
   AddOutput(*polarizer, *a);
   AddOptions(*polarizer, Table(a->polarizer));
-  AddOptions(*polarizer, FramesTable(a->meaning), "Input");
+  AddOptions(*polarizer, FramesTable(a->meaning), kInputGroup);
 
   CLI::App* layout = AddStep(*calibrate, "layout",
                              "Find the layout from a linear polarizer turned in one sense, frames in order",
                              a, RunLayout, context);
+  AddExample(*layout, "  polarscan calibrate layout turned-frames --sense clockwise");
   AddOptions(*layout, {{.name = "first-angle",
                         .value = &a->first_angle_deg,
                         .help = "of the first frame's polarizer; 0: it passes horizontal light",
@@ -303,18 +310,20 @@ void AddCalibrateCommand(CLI::App& app, Context& context) {
                         .value = &a->sense,
                         .help = "in which it is turned, as seen from the camera",
                         .choices = {"anticlockwise", "clockwise"}}});
-  AddOptions(*layout, FramesTable(a->meaning), "Input");
+  AddOptions(*layout, FramesTable(a->meaning), kInputGroup);
 
   CLI::App* apply =
       AddStep(*calibrate, "apply", "Write corrected mosaics, an INPUT again", a, RunApply, context);
+  AddExample(*apply, "  polarscan calibrate apply session -o corrected --calibration calibration");
   apply->add_option("-o,--output", a->output, "The folder for them, new or empty")->required();
   AddOptions(
       *apply,
       {{.name = "format", .value = &a->format, .help = "of the pictures", .choices = {"tiff", "png"}}});
-  AddOptions(*apply, Table(a->meaning), "Input");
+  AddOptions(*apply, Table(a->meaning), kInputGroup);
 
   CLI::App* show = calibrate->add_subcommand("show", "What a calibration is for and what it knows");
-  show->add_option("CALIBRATION", a->input, "Its folder")->required()->check(CLI::ExistingDirectory);
+  show->add_option("CALIBRATION", a->input, "Its folder")->required()->check(IsFolder());
+  AddExample(*show, "  polarscan calibrate show calibration");
   show->callback([a, &context] { RunShow(*a, context); });
 }
 

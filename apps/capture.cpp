@@ -199,14 +199,18 @@ void AddCaptureCommand(CLI::App& app, Context& context) {
       ->type_name("Name=Value")
       ->allow_extra_args(false);
   command->add_option("--wait", a->wait_s, "Look for the camera this long, where it is not there yet, in s")
-      ->check(CLI::NonNegativeNumber);
+      ->check(IsBetween(0.0, 1e9));
   command->add_flag("--preview", a->preview,
                     "Show the pictures and the numbers in a web page on this machine");
   command->add_option("--preview-port", a->preview_port, "Of that page; 0: any that is free")
-      ->check(CLI::Range(0, 65535))
+      ->check(IsBetween(0, 65535))
       ->capture_default_str();
   AddOptions(*command, Table(a->options), "Recording");
   AddOptions(*command, SensorTable(a->sensor), "What the camera does not say");
+  ShowFirst(*command, {"frames", "seconds", "every", "on-key", "layout"});
+  AddExample(*command,
+             "  polarscan capture -o session --preview --layout \"90 45 / 135 0\"\n"
+             "  polarscan capture -o session --camera 192.168.1.20 --on-key    (a turntable)");
   command->callback([a, command, &context] {
     DoWhole("the recording had not begun", [&] { Run(*a, GivenSensor(*command, a->sensor), context); });
   });
@@ -215,6 +219,7 @@ void AddCaptureCommand(CLI::App& app, Context& context) {
 void AddCamerasCommand(CLI::App& app, Context& context) {
   CLI::App* command = app.add_subcommand("cameras", "List the cameras that can be opened");
   auto watch = std::make_shared<bool>(false);
+  AddExample(*command, "  polarscan cameras --watch");
   command->add_flag("--watch", *watch, "Say which come and go, until Ctrl-C");
   command->callback([watch, &context] {
     if (*watch) return WatchCameras(context);

@@ -109,11 +109,12 @@ void AddCheckCommand(CLI::App& app, Context& context) {
                    "A session, a scan, a dense workspace, a COLMAP model, a calibration, a map, a PLY file "
                    "or a picture")
       ->required()
-      ->check(CLI::ExistingPath);
+      ->check(IsFileOrFolder());
   command->add_flag("--repair", a->repair,
                     "Session: cut off what was not finished and close it. Scan: move damaged files to "
                     "SCAN/damaged, so that "
                     "reconstruct makes them again");
+  AddExample(*command, "  polarscan check scan\n  polarscan check session --repair");
   command->callback(
       [a, &context] { DoWhole("nothing was changed", [&] { Check(a->path, a->repair, context); }); });
 }

@@ -1,19 +1,59 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/command.h"
 
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
 #include <iostream>
 
 #include "core/files.h"
+#include "core/words.h"
 
 namespace polarscan {
 namespace {
+
+namespace fs = std::filesystem;
+
+template <class T>
+CLI::Validator NumberBetween(double min, double max) {
+  constexpr bool kWhole = std::is_same_v<T, int>;
+  const std::string range = RangeText(min, max, kWhole);
+  const auto check = [=](std::string& text) -> std::string {
+    std::conditional_t<kWhole, std::int64_t, double> value = 0;
+    if (!CLI::detail::lexical_cast(text, value))
+      return fmt::format("it takes {}, not '{}'", kWhole ? "a whole number" : "a number", text);
+    if (double(value) >= min && double(value) <= max) return "";
+    return fmt::format("{} is out of range: it must be {}", text, range.empty() ? "a finite number" : range);
+  };
+  return {check, range.empty() ? "" : fmt::format("{} in [{}]", kWhole ? "INT" : "FLOAT", range), ""};
+}
+
+CLI::Validator IsOneOf(const std::vector<std::string>& choices) {
+  const auto check = [choices](std::string& text) -> std::string {
+    if (std::ranges::find(choices, text) != choices.end()) return "";
+    const std::string nearest = NearestName(text, choices);
+    return fmt::format("there is no '{}'; {}choose one of {}", text,
+                       nearest.empty() ? "" : fmt::format("did you mean {}? Else ", nearest),
+                       fmt::join(choices, ", "));
+  };
+  return {check, fmt::format("{{{}}}", fmt::join(choices, ",")), ""};
+}
+
+// Why there is nothing at a path that was given.
+std::string NotThere(const std::string& path) {
+  if (path.empty()) return "its path is empty";
+  fs::path above = fs::absolute(path).lexically_normal();
+  std::error_code ignored;
+  while (above.has_relative_path() && !fs::exists(above, ignored)) above = above.parent_path();
+  return fmt::format("there is no {}: what exists of that path is {}", path, above.string());
+}
 
 template <class T>
 CLI::Option* AddNumber(CLI::App& command, const Option& row, T* value) {
   CLI::Option* option = command.add_option("--" + row.name, *value, row.help)->capture_default_str();
   if (!row.unit.empty()) option->type_name(row.unit);
-  if (row.min > -1e300 || row.max < 1e300) option->check(CLI::Range(row.min, row.max));
-  return option;
+  return option->check(NumberBetween<T>(row.min, row.max));
 }
 
 struct AddRow {
@@ -27,7 +67,7 @@ struct AddRow {
   void operator()(double* value) const { AddNumber(command, row, value); }
   void operator()(std::string* value) const {
     CLI::Option* option = command.add_option("--" + row.name, *value, row.help)->capture_default_str();
-    if (!row.choices.empty()) option->check(CLI::IsMember(row.choices));
+    if (!row.choices.empty()) option->check(IsOneOf(row.choices));
   }
 };
 
@@ -62,6 +102,42 @@ void AddOptions(CLI::App& command, const OptionTable& table, const std::string& 
     }
   }
 }
+
+void ShowFirst(CLI::App& command, const std::vector<std::string>& names) {
+  for (const std::string& name : names) command.get_option("--" + name)->group("Options");
+}
+
+void AddExample(CLI::App& command, const std::string& lines) { command.footer("Example:\n" + lines); }
+
+CLI::Validator IsFolder() {
+  const auto check = [](std::string& path) -> std::string {
+    std::error_code ignored;
+    if (fs::is_directory(path, ignored)) return "";
+    if (!fs::exists(path, ignored)) return NotThere(path);
+    return fmt::format("{} is a file; a folder is wanted here", path);
+  };
+  return {check, "", ""};
+}
+
+CLI::Validator IsFile() {
+  const auto check = [](std::string& path) -> std::string {
+    std::error_code ignored;
+    if (!fs::exists(path, ignored)) return NotThere(path);
+    return fs::is_directory(path, ignored) ? path + " is a folder; a file is wanted here" : "";
+  };
+  return {check, "", ""};
+}
+
+CLI::Validator IsFileOrFolder() {
+  const auto check = [](std::string& path) -> std::string {
+    std::error_code ignored;
+    return fs::exists(path, ignored) ? "" : NotThere(path);
+  };
+  return {check, "", ""};
+}
+
+CLI::Validator IsBetween(int min, int max) { return NumberBetween<int>(min, max); }
+CLI::Validator IsBetween(double min, double max) { return NumberBetween<double>(min, max); }
 
 nlohmann::json GivenOptions(const CLI::App& command, const OptionTable& table) {
   nlohmann::json given = nlohmann::json::object();

@@ -29,6 +29,30 @@ struct Context {
 // with the first; a row "seed" is left to the global flag. group: the heading in --help.
 void AddOptions(CLI::App& command, const OptionTable& table, const std::string& group = "Options");
 
+// The groups of options that --help-all shows, titled by who needs them.
+inline constexpr const char* kInputGroup = "Input, for pictures that do not say it themselves";
+inline constexpr const char* kDemosaicGroup = "Demosaicing, for raw mosaics";
+inline constexpr const char* kPosesGroup = "Poses, for pictures that are hard to place, and for known poses";
+inline constexpr const char* kUndistortGroup = "Undistortion, for large pictures, and depths that are known";
+inline constexpr const char* kStereoGroup = "Stereo, for who trades time for detail, or studies the method";
+inline constexpr const char* kFusionGroup = "Fusion, for clouds with strays, or with gaps";
+inline constexpr const char* kMeshGroup = "Mesh, for another fineness, or other gaps";
+
+// Of the options so far, --help shows these and those without a group of their own; --help-all shows the
+// rest.
+void ShowFirst(CLI::App& command, const std::vector<std::string>& names);
+
+// Shown at the end of the help and in the man page: whole commands, one a line. What is wrongly used is
+// answered with the first one.
+void AddExample(CLI::App& command, const std::string& lines);
+
+// What an argument must be, with words for people: a folder, a file, either.
+CLI::Validator IsFolder();
+CLI::Validator IsFile();
+CLI::Validator IsFileOrFolder();
+CLI::Validator IsBetween(int min, int max);
+CLI::Validator IsBetween(double min, double max);
+
 // {name: value} of the rows that the command line or the configuration file set: what goes on top of a
 // preset.
 nlohmann::json GivenOptions(const CLI::App& command, const OptionTable& table);

@@ -30,7 +30,8 @@ std::vector<OptionWords> Accepted(const CLI::App& command) {
   while (program->get_parent()) program = program->get_parent();
   if (program == &command) return options;
   for (OptionWords& option : WordsOf(*program))
-    if (option.names.back() != "--help" && option.names.back() != "--version") options.push_back(option);
+    if (!option.names.back().starts_with("--help") && option.names.back() != "--version")
+      options.push_back(option);
   return options;
 }
 

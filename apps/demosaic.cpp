@@ -27,16 +27,18 @@ void Run(const DemosaicCommand& command, Context& context) {
 void AddDemosaicCommand(CLI::App& app, Context& context) {
   auto command = std::make_shared<DemosaicCommand>();
   CLI::App* sub = app.add_subcommand("demosaic", "Turn pictures of any kind into Stokes views");
-  sub->add_option("input", command->input,
+  sub->add_option("INPUT", command->input,
                   "A folder of raw mosaics, polarizer pictures, Stokes pictures or photos")
       ->required()
-      ->check(CLI::ExistingDirectory);
+      ->check(IsFolder());
   sub->add_option("-o,--output", command->views, "The folder for the views")->required();
   sub->add_flag(
       "--pictures", command->pictures,
       "Also pictures/VIEW/: angle and degree of polarization, diffuse, specular, redundancy, as PNG");
-  AddOptions(*sub, Table(command->input_options));
+  AddOptions(*sub, Table(command->input_options), kInputGroup);
   AddOptions(*sub, Table(command->options));
+  ShowFirst(*sub, {"layout", "bits", "input-kind", "calibration"});
+  AddExample(*sub, "  polarscan demosaic pictures -o views --layout \"90 45 / 135 0\" --pictures");
   sub->callback([command, &context] { Run(*command, context); });
 }
 

@@ -103,11 +103,11 @@ void AddDoctorCommand(CLI::App& app, Context& context) {
   CLI::App* command =
       app.add_subcommand("doctor", "Is this host ready for a camera? What to do if it is not");
   command->add_option("--folder", *folder, "Where recordings will go: its disk is measured")
-      ->check(CLI::ExistingDirectory)
+      ->check(IsFolder())
       ->capture_default_str();
-  command->callback([folder, &context] {
-    DoWhole("not everything was looked at", [&] { Run(*folder, context); });
-  });
+  AddExample(*command, "  polarscan doctor --folder /data/recordings");
+  command->callback(
+      [folder, &context] { DoWhole("not everything was looked at", [&] { Run(*folder, context); }); });
 }
 
 }  // namespace polarscan

@@ -95,30 +95,31 @@ void AddEvaluateCommand(CLI::App& app, Context& context) {
       ->add_option("SCAN|CLOUD", arguments->inputs,
                    "Scans' folders, dense workspaces, or PLY clouds; several are compared with each other")
       ->required()
-      ->check(CLI::ExistingPath);
+      ->check(IsFileOrFolder());
   command
-      ->add_option(
-          "--truth", arguments->truth,
-          "The object's true mesh (PLY); or a folder with mesh.ply and, if there is one, table.ply around it")
+      ->add_option("--truth", arguments->truth,
+                   "The object's true mesh (PLY, STL or OBJ); or a folder with mesh.ply and, if there is "
+                   "one, table.ply "
+                   "around it")
       ->required()
-      ->check(CLI::ExistingPath)
+      ->check(IsFileOrFolder())
       ->type_name("MESH|FOLDER");
   command
       ->add_option(
           "--truth-poses", arguments->poses,
           "COLMAP model with the true poses; sparse/ beside the mesh if it is there. The scan's cameras are "
           "aligned to them by a similarity; for a cloud alone they say what is visible")
-      ->check(CLI::ExistingDirectory)
+      ->check(IsFolder())
       ->type_name("SPARSE");
   command
       ->add_option(
           "--surroundings", arguments->surroundings,
           "Meshes around the object (a table): they hide parts of it, and points nearer to them than to the "
           "object do not count")
-      ->check(CLI::ExistingFile)
+      ->check(IsFile())
       ->type_name("MESH");
   command->add_option("--cloud", arguments->cloud, "A cloud in the scan's frame; SCAN/cloud.ply if not given")
-      ->check(CLI::ExistingFile)
+      ->check(IsFile())
       ->type_name("CLOUD");
   command->add_flag("--align,!--no-align", arguments->align,
                     "Align the cameras to the true poses, where there are any");
@@ -130,6 +131,9 @@ void AddEvaluateCommand(CLI::App& app, Context& context) {
                    "Write a page that compares the inputs: curves, table, pictures")
       ->type_name("FILE.html");
   AddOptions(*command, Table(arguments->options));
+  AddExample(*command,
+             "  polarscan evaluate scan --truth pictures/truth\n"
+             "  polarscan evaluate fast best --truth part.stl --html compare.html");
   command->callback([arguments, &context] { Run(*arguments, context); });
 }
 

@@ -21,6 +21,8 @@
 namespace polarscan {
 namespace {
 
+constexpr double kLeastSize = 0.05;  // of a scan beside its truth: more than a part of it would explain
+
 namespace fs = std::filesystem;
 using nlohmann::json;
 
@@ -44,6 +46,29 @@ Image<float> ShrinkErrors(const Image<float>& errors, int longest) {
                 [&](int x, int y) { return !std::isnan(errors(x, y)); });
 }
 
+// Where most of the points lie: the middle 90 % along each axis.
+Eigen::AlignedBox3d MostOf(const std::vector<Eigen::Vector3d>& points) {
+  Eigen::AlignedBox3d box;
+  if (points.empty()) return box;
+  std::vector<double> values(points.size());
+  for (int axis = 0; axis < 3; ++axis) {
+    std::ranges::transform(points, values.begin(), [axis](const Eigen::Vector3d& p) { return p[axis]; });
+    const auto at = [&](double share) {
+      const auto nth = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
+      std::ranges::nth_element(values, nth);
+      return *nth;
+    };
+    box.min()[axis] = at(0.05), box.max()[axis] = at(0.95);
+  }
+  return box;
+}
+
+std::string Text(const Eigen::AlignedBox3d& box) {
+  const Eigen::Vector3d &a = box.min(), &b = box.max();
+  return fmt::format("x {:.4g} to {:.4g}, y {:.4g} to {:.4g}, z {:.4g} to {:.4g}", a.x(), b.x(), a.y(), b.y(),
+                     a.z(), b.z());
+}
+
 // One run over one input.
 class Evaluation {
  public:
@@ -58,6 +83,7 @@ class Evaluation {
   Evaluated Run(const fs::path& input) {
     if (!fs::is_directory(input)) {
       const auto cameras = arguments_.poses.empty() ? std::vector<DenseView>() : Cameras(TruePoses());
+      CheckFrames(ReadCloudPositions(input).points, input, false);
       Cloud(input, FromFrameAt(ReadPlyOffset(input)), cameras);
     } else if (fs::exists(input / "dense/views.json")) {
       if (arguments_.keep && arguments_.cloud.empty()) OpenFiles(input);
@@ -117,10 +143,42 @@ class Evaluation {
     } else {
       progress_.Info("no true poses: the scan is compared in its own frame");
     }
-    if (arguments_.maps) Maps(workspace, truth_from_scan);
     const fs::path cloud = arguments_.cloud.empty() ? input / "cloud.ply" : arguments_.cloud;
-    if (fs::exists(cloud) || !arguments_.cloud.empty())
-      Cloud(cloud, truth_from_scan, Moved(workspace.views, truth_from_scan));
+    const bool has_cloud = fs::exists(cloud) || !arguments_.cloud.empty();
+    if (has_cloud) {
+      std::vector<Eigen::Vector3d> points = ReadCloudPositions(cloud).points;
+      for (Eigen::Vector3d& p : points) p = truth_from_scan * p;
+      CheckFrames(points, input, done_.result.contains("alignment"));
+    }
+    if (arguments_.maps) Maps(workspace, truth_from_scan);
+    if (has_cloud) Cloud(cloud, truth_from_scan, Moved(workspace.views, truth_from_scan));
+  }
+
+  // In frames or units that are not the truth's every figure would mean nothing. Surroundings count as truth.
+  void CheckFrames(const std::vector<Eigen::Vector3d>& points, const fs::path& input, bool aligned) const {
+    const Eigen::AlignedBox3d cloud = MostOf(points);
+    Eigen::AlignedBox3d object, all;
+    for (const Eigen::Vector3d& v : truth_.object().vertices) object.extend(v);
+    for (const TriangleMesh& mesh : truth_.caster.meshes())
+      for (const Eigen::Vector3d& v : mesh.vertices) all.extend(v);
+    if (cloud.isEmpty()) return;
+    const bool apart = !all.intersects(cloud);
+    const double size = cloud.diagonal().norm() / object.diagonal().norm();
+    if (!apart && size > kLeastSize && size < 1 / kLeastSize) return;
+    const std::string what = apart ? "scan and truth do not overlap"
+                                   : fmt::format("the scan is {:.3g} times as large as the truth", size);
+    const std::string boxes =
+        fmt::format("the scan's points lie in {}; the truth in {}", Text(cloud), Text(all));
+    if (aligned) {
+      progress_.Warn(fmt::format("{}, though its cameras were aligned to the true poses: {}", what, boxes));
+      return;
+    }
+    throw Error(
+        what + ", their frames or units are not the same: " + boxes, input.string(),
+        arguments_.poses.empty()
+            ? "Give the true poses of the pictures, as a COLMAP model in the truth's frame: --align "
+              "--truth-poses SPARSE moves and scales the scan; or move the truth by hand (CloudCompare)"
+            : "Use --align instead of --no-align: it moves and scales the scan by the true poses");
   }
 
   void Maps(const Workspace& workspace, const Similarity& truth_from_scan) {

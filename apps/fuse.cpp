@@ -52,10 +52,11 @@ void AddFuseCommand(CLI::App& app, Context& context) {
   CLI::App* command = app.add_subcommand("fuse", "Fuses a scan's depth maps into SCAN/cloud.ply");
   command->add_option("SCAN", arguments->scan, "The scan's folder, or a dense workspace by COLMAP")
       ->required()
-      ->check(CLI::ExistingDirectory);
+      ->check(IsFolder());
   command->add_flag("--repair", arguments->repair,
                     "Estimate maps that are missing or damaged again first, with the scan's stereo options");
   AddOptions(*command, Table(arguments->options));
+  AddExample(*command, "  polarscan fuse scan --fusion-min-views 2");
   command->callback([arguments, &context] { Run(*arguments, context); });
 }
 

@@ -8,6 +8,7 @@
 #include "apps/completion.h"
 #include "apps/man_page.h"
 #include "apps/option_words.h"
+#include "apps/usage.h"
 #include "core/files.h"
 
 namespace polarscan {
@@ -39,7 +40,7 @@ const CLI::App& Find(const CLI::App& app, const std::vector<std::string>& path) 
   for (const std::string& name : path) {
     const std::vector<const CLI::App*> below = CommandsOf(*command);
     const auto found = std::ranges::find(below, name, &CLI::App::get_name);
-    if (found == below.end()) throw CLI::ValidationError("there is no command " + name, command->get_name());
+    if (found == below.end()) throw CLI::ConfigError(NoSuchCommand(*command, name));
     command = *found;
   }
   return *command;
@@ -55,6 +56,7 @@ void AddHelpCommand(CLI::App& app, Context& context) {
       ->add_option("--write", a->folder,
                    "Write man pages and completion of bash and zsh below this folder, say ~/.local/share")
       ->type_name("FOLDER");
+  AddExample(*command, "  polarscan help stereo\n  polarscan help --write ~/.local/share");
   command->callback([a, &app, &context] {
     if (!a->folder.empty()) return Write(app, a->folder, context);
     const CLI::App& found = Find(app, a->command);

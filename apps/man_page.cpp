@@ -66,6 +66,14 @@ std::string Commands(const CLI::App& command) {
   return text.empty() ? "" : ".SH COMMANDS\n" + text;
 }
 
+// The help's "Example:" and what follows it, as it stands.
+std::string Examples(const CLI::App& command) {
+  std::string text;
+  for (const std::string& line : CLI::detail::split(command.get_footer(), '\n'))
+    if (!line.ends_with("Example:")) text += Plain(line) + "\n";
+  return text.empty() ? "" : ".SH EXAMPLE\n.nf\n" + text + ".fi\n";
+}
+
 constexpr const char* kEnd = R"(.SH "EXIT STATUS"
 0: done. 1: failed, or stopped by Ctrl\-C. 2: wrong usage. 3: done, but data was lost or damaged.
 )";
@@ -84,7 +92,7 @@ std::string ManPage(const CLI::App& command) {
   const std::string name = ManPageName(command);
   return fmt::format(".TH \"{}\" 1 \"\" \"polarscan {}\" \"polarscan\"\n", Plain(name), POLARSCAN_VERSION) +
          ".SH NAME\n" + Plain(name) + " \\- " + Plain(command.get_description()) + "\n" + Synopsis(command) +
-         Commands(command) + Options(command) + kEnd + SeeAlso(command);
+         Commands(command) + Options(command) + Examples(command) + kEnd + SeeAlso(command);
 }
 
 }  // namespace polarscan

@@ -29,6 +29,9 @@ void Run(const MeshArguments& arguments, Context& context) {
   RunMesh(scan, arguments.options);
   const fs::path file = arguments.output.empty() ? scan.mesh() : arguments.output;
   if (!arguments.output.empty()) WriteMeshFile(file, ReadSurfaceMesh(scan.mesh()));
+  if (file.extension() == ".stl")
+    context.progress.Info(
+        "STL has no unit, and slicers take millimetres: these lengths are in the unit of the scan's poses");
   nlohmann::json result = scan.Counts("mesh");
   result["mesh"] = file.string();
   context.Finish(result, fmt::format("{} triangles, {}: {}", result.at("faces").get<std::size_t>(),
@@ -41,13 +44,15 @@ void Run(const MeshArguments& arguments, Context& context) {
 void AddMeshCommand(CLI::App& app, Context& context) {
   auto arguments = std::make_shared<MeshArguments>();
   CLI::App* command = app.add_subcommand("mesh", "A mesh of a scan's cloud: SCAN/mesh.ply");
-  command->add_option("SCAN", arguments->scan, "The scan's folder")
-      ->required()
-      ->check(CLI::ExistingDirectory);
-  command->add_option("-o,--output", arguments->output, "Also writes the mesh here: .ply, .obj or .glb")
+  command->add_option("SCAN", arguments->scan, "The scan's folder")->required()->check(IsFolder());
+  command->add_option("-o,--output", arguments->output, "Also writes the mesh here: .ply, .obj, .glb or .stl")
       ->type_name("FILE");
   command->add_flag("--dry-run", arguments->dry_run, "Only says what it would do");
-  AddOptions(*command, Table(arguments->options));
+  AddOptions(*command, Table(arguments->options), kMeshGroup);
+  ShowFirst(*command, {"mesh-depth", "mesh-close", "mesh-trim", "faces", "refine"});
+  AddExample(*command,
+             "  polarscan mesh scan --faces 100000 -o cup.glb\n"
+             "  polarscan mesh scan --mesh-close 1000 -o cup.stl    (watertight, for a printer)");
   command->callback([arguments, &context] { Run(*arguments, context); });
 }
 

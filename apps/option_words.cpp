@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 
 namespace polarscan {
 namespace {
@@ -15,22 +16,32 @@ std::string Between(const std::string& text, const std::string& begin, char end)
   return text.substr(from + begin.size(), to - from - begin.size());
 }
 
-// CLI11's type names are "px:FLOAT in [0 - 10]", "TEXT:{a,b}", "TEXT:DIR".
+// CLI11's type names, with the validators of apps/command.h, are "px:FLOAT in [0 to 10]", "TEXT:{a,b}".
 void AddType(const std::string& type, OptionWords& words) {
   words.value = type.substr(0, type.find(':'));
+  if (words.value == "UINT") words.value = "INT";
   if (const std::string choices = Between(type, "{", '}'); !choices.empty())
     words.choices = CLI::detail::split(choices, ',');
   words.range = Between(type, " in [", ']');
-  if (const std::size_t dash = words.range.find(" - "); dash != std::string::npos)
-    words.range.replace(dash, 3, " ... ");
 }
 
-OptionWords Words(const CLI::Option& option) {
+// Texts begin with a capital, but where a choice ("paper: ...") or a formula's symbol ("tau_geo ...") begins
+// them.
+std::string Capitalised(std::string text) {
+  const std::string first = text.substr(0, text.find(' '));
+  if (first.size() > 1 && first.find_first_of(":_(,/") == std::string::npos)
+    text[0] = char(std::toupper(static_cast<unsigned char>(text[0])));
+  return text;
+}
+
+}  // namespace
+
+OptionWords WordsOf(const CLI::Option& option) {
   OptionWords words;
   words.positional = option.get_positional();
   words.required = option.get_required();
   words.group = option.get_group();
-  words.help = option.get_description();
+  words.help = Capitalised(option.get_description());
   words.initial = option.get_default_str();
   for (const std::string& name : option.get_snames()) words.names.push_back("-" + name);
   for (const std::string& name : option.get_lnames()) words.names.push_back("--" + name);
@@ -39,13 +50,14 @@ OptionWords Words(const CLI::Option& option) {
   return words;
 }
 
-}  // namespace
-
 std::vector<OptionWords> WordsOf(const CLI::App& command) {
   std::vector<OptionWords> all;
   for (const CLI::Option* option : command.get_options())
-    if (!option->get_group().empty()) all.push_back(Words(*option));
-  std::ranges::stable_partition(all, [](const OptionWords& words) { return words.positional; });
+    if (!option->get_group().empty()) all.push_back(WordsOf(*option));
+  const std::vector<std::string> groups = command.get_groups();
+  std::ranges::stable_sort(all, {}, [&](const OptionWords& words) {
+    return words.positional ? -1 : std::ranges::find(groups, words.group) - groups.begin();
+  });
   return all;
 }
 

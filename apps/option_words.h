@@ -11,17 +11,19 @@ struct OptionWords {
   std::vector<std::string> names;  // with dashes, short ones first; of a positional its name alone
   std::string value;               // "FLOAT", "px"; empty: takes none
   std::vector<std::string> choices;
-  std::string range;    // "0 ... 10"; empty: any
+  std::string range;    // "0 to 10"; empty: any
   std::string initial;  // the default; empty: none
   std::string help;
   std::string group;
   bool positional = false, required = false;
 };
 
-// The options of a command in the order of its --help, those that --help hides left out.
+OptionWords WordsOf(const CLI::Option& option);
+
+// The options of a command in the order of its --help-all: arguments, then group by group.
 std::vector<OptionWords> WordsOf(const CLI::App& command);
 
-// "one of a, b; default a", "0 ... 10; default 5", or nothing.
+// "one of a, b; default a", "0 to 10; default 5", or nothing.
 std::string LimitsOf(const OptionWords& option);
 
 // The commands right below a command, or below the program.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <tbb/global_control.h>
 
 #include <algorithm>
 
@@ -34,13 +35,48 @@ void RunStages(Scan& scan, const Input& input, const Arguments& a) {
   RunReport(scan);
 }
 
-void ShowPlan(const Scan& scan, const Context& context) {
+// Seconds of one core a megapixel of pictures or, with masks, of the object: docs/performance.md, "Time to
+// expect".
+double StereoRate(const std::string& preset) {
+  if (preset == "fast") return 24;
+  if (preset == "best") return 70;
+  return preset == "paper" ? 90 : 35;
+}
+
+// What stereo, which takes most of the time, would take.
+nlohmann::json StereoTime(const Input& input, const Arguments& a) {
+  const int longer = std::max(input.width, input.height), limit = a.dense.max_image_size;
+  const double scale = limit > 0 && limit < longer ? double(limit) / longer : 1;
+  const double megapixels = double(input.views.size()) * input.width * input.height * scale * scale / 1e6;
+  const auto cores = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+  const double rate = StereoRate(a.stereo.preset);
+  return {{"megapixels", megapixels},
+          {"seconds_of_a_core_per_megapixel", rate},
+          {"cores", cores},
+          {"seconds", megapixels * rate / double(cores)}};
+}
+
+std::string TimeText(const nlohmann::json& time, const std::string& preset) {
+  return fmt::format(
+      "stereo takes most of the time, here about {} on {} cores: {:.3g} megapixels of all views at {} s of "
+      "one "
+      "core (preset {}; an estimate, docs/performance.md; with masks only the object's pixels count)",
+      FormatDuration(time.at("seconds").get<double>()), time.at("cores").get<int>(),
+      time.at("megapixels").get<double>(), time.at("seconds_of_a_core_per_megapixel").get<double>(), preset);
+}
+
+void ShowPlan(const Scan& scan, const nlohmann::json& time, const std::string& preset,
+              const Context& context) {
   nlohmann::json plan = nlohmann::json::array();
   for (const PlannedStage& stage : scan.plan())
     plan.push_back({{"stage", stage.name}, {"done", stage.done}, {"why", stage.why}});
   const auto count = std::ranges::count(scan.plan(), false, &PlannedStage::done);
-  context.Finish({{"plan", plan}},
-                 count ? fmt::format("{} stages would be made", count) : "nothing would be made");
+  const bool stereo = std::ranges::any_of(
+      scan.plan(), [](const PlannedStage& stage) { return stage.name == "stereo" && !stage.done; });
+  nlohmann::json result = {{"plan", plan}};
+  if (stereo) result["stereo_time"] = time;
+  context.Finish(result, (count ? fmt::format("{} stages would be made", count) : "nothing would be made") +
+                             (stereo ? "\n" + TimeText(time, preset) : ""));
 }
 
 // As the scan remembers its input.
@@ -65,7 +101,7 @@ void Reconstruct(const Arguments& a, Context& context) {
   const auto open = a.dry_run ? Scan::Plan : Scan::OpenOrCreate;
   Scan scan = open(a.scan, NameOf(a.inputs), FingerprintOf(a.inputs, a.scan), context.progress);
   RunStages(scan, input, a);
-  if (a.dry_run) return ShowPlan(scan, context);
+  if (a.dry_run) return ShowPlan(scan, StereoTime(input, a), a.stereo.preset, context);
   context.data_lost = MapsWereDamaged(scan);
   context.Finish(scan.state(),
                  fmt::format("cloud:  {}\n{}report: {}", scan.cloud().string(),
@@ -83,19 +119,22 @@ void AddReconstructCommand(CLI::App& app, Context& context) {
       ->add_option("INPUT", a->inputs,
                    "Folder of pictures or session; several become one scan (docs/input.md)")
       ->required()
-      ->check(CLI::ExistingDirectory);
+      ->check(IsFolder());
   command->add_option("-o,--output", a->scan, "The scan's folder")->required()->type_name("SCAN");
   command->add_flag("--dry-run", a->dry_run, "Only says which stages would be made, and why");
-  AddOptions(*command, Table(a->meaning), "Input");
-  AddOptions(*command, Table(a->demosaic), "Demosaicing");
-  AddOptions(*command, Table(a->sfm), "Structure from motion");
-  AddOptions(*command, Table(a->dense), "Undistortion");
-  AddOptions(*command, Table(a->stereo), "Stereo");
-  AddOptions(*command, Table(a->fusion), "Fusion");
-  command->add_flag("--mesh,!--no-mesh", a->make_mesh, "Make a mesh of the cloud")
-      ->default_str("yes")
-      ->group("Mesh");
-  AddOptions(*command, Table(a->mesh), "Mesh");
+  AddOptions(*command, Table(a->meaning), kInputGroup);
+  AddOptions(*command, Table(a->demosaic), kDemosaicGroup);
+  AddOptions(*command, Table(a->sfm), kPosesGroup);
+  AddOptions(*command, Table(a->dense), kUndistortGroup);
+  AddOptions(*command, Table(a->stereo), kStereoGroup);
+  AddOptions(*command, Table(a->fusion), kFusionGroup);
+  command->add_flag("--mesh,!--no-mesh", a->make_mesh, "Make a mesh of the cloud")->default_str("yes");
+  AddOptions(*command, Table(a->mesh), kMeshGroup);
+  ShowFirst(*command, {"layout", "calibration", "preset", "max-image-size", "masks", "focal", "matcher",
+                       "fusion-min-views"});
+  AddExample(*command,
+             "  polarscan reconstruct pictures -o scan\n"
+             "  polarscan reconstruct pictures -o scan --preset fast --max-image-size 800   (a first look)");
   command->callback([a, command, &context] {
     a->stereo = StereoOptionsFrom(*command, a->stereo, context);
     Reconstruct(*a, context);

@@ -114,13 +114,31 @@ nlohmann::json AllWarnings(const nlohmann::json& state) {
   return all;
 }
 
-// Its whole numbers: "12 registered, 3041 points".
+// What a stage counted, for people: "12 views placed, 3041 points". Where nothing was lost, closed or cut,
+// that is not said; what is not named here is for programs that read scan.json.
 std::string CountsText(const nlohmann::json& counts) {
+  struct Words {
+    const char *key, *one, *many;
+    bool even_zero = false;
+  };
+  static constexpr Words kWords[] = {
+      {"registered", "view placed", "views placed", true},
+      {"views", "view", "views", true},
+      {"points", "point", "points", true},
+      {"vertices", "vertex", "vertices", true},
+      {"faces", "triangle", "triangles", true},
+      {"damaged", "view left out, its maps are damaged", "views left out, their maps are damaged"},
+      {"gaps_closed", "gap closed", "gaps closed"},
+      {"gaps_cut", "gap left open", "gaps left open"},
+      {"pieces_dropped", "small piece left out", "small pieces left out"}};
   std::string text;
-  for (const auto& [name, count] : counts.items())
-    if (count.is_number_integer())
-      text += fmt::format("{}{} {}", text.empty() ? "" : ", ", ToText(count), name);
-  return text;
+  for (const Words& words : kWords) {
+    const nlohmann::json count = counts.value(words.key, nlohmann::json());
+    if (!count.is_number_integer() || (count == 0 && !words.even_zero)) continue;
+    text +=
+        fmt::format("{}{} {}", text.empty() ? "" : ", ", ToText(count), count == 1 ? words.one : words.many);
+  }
+  return text.empty() ? "done" : text;
 }
 
 // "sigma-color: 0.2 -> 0.3", the first one that differs.
@@ -219,7 +237,7 @@ Scan Scan::Plan(const fs::path& folder, const fs::path& input, std::uint64_t fin
 
 Scan Scan::Open(const fs::path& folder, Terminal& terminal) {
   if (!fs::exists(folder / kFile))
-    throw Error("this folder holds no scan", folder.string(),
+    throw Error("this folder holds no scan (no scan.json)", folder.string(),
                 "Make one: polarscan reconstruct INPUT -o SCAN");
   Scan scan(folder, terminal);
   scan.state_ = ReadStateFile(folder / kFile);
@@ -341,6 +359,14 @@ void Scan::ContinueAfter(const std::string& last) {
                                   Difference(checksums_.Recorded(name), found)));
     if (name == last) return;
   }
+}
+
+void Scan::RecordAgain(const std::string& stage) {
+  if (StageRecord(state_, stage).value("state", "") != "done") return;
+  const FileSums made = checksums_.Measure(OutputsOf(stage));
+  checksums_.Record(stage, made);
+  state_["stages"][stage]["outputs"] = Digest(made);
+  Save();
 }
 
 std::vector<ScanFinding> Scan::Check() const {

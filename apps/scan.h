@@ -77,6 +77,9 @@ class Scan {
   // changed are warned of.
   void ContinueAfter(const std::string& name);
 
+  // The files of a stage that is done were made anew by its own command: they are what it left, from now on.
+  void RecordAgain(const std::string& stage);
+
   // Reads every file of the stages that are done and compares checksums, the ones of scan.json too.
   std::vector<ScanFinding> Check() const;
   // Check, and moves what is damaged or new to damaged/ below the folder: the stages are then not done any

@@ -45,11 +45,13 @@ void AddImportCommand(CLI::App& app, Context& context) {
   CLI::App* command = app.add_subcommand("import", "Turn raw mosaics into a session");
   command->add_option("INPUT", a->from, "Folder of raw mosaics (docs/input.md)")
       ->required()
-      ->check(CLI::ExistingDirectory);
+      ->check(IsFolder());
   command->add_option("-o,--output", a->to, "The session's folder, new or empty")
       ->required()
       ->type_name("SESSION");
-  AddOptions(*command, Table(a->input));
+  AddOptions(*command, Table(a->input), kInputGroup);
+  ShowFirst(*command, {"layout", "bits", "calibration"});
+  AddExample(*command, "  polarscan import pictures -o session --layout \"90 45 / 135 0\"");
   command->callback(
       [a, &context] { DoWhole("nothing was imported", [&] { Import(a->from, a->input, a->to, context); }); });
 }
@@ -57,7 +59,7 @@ void AddImportCommand(CLI::App& app, Context& context) {
 void AddExportCommand(CLI::App& app, Context& context) {
   auto a = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("export", "Turn a session into 16-bit pictures, an INPUT again");
-  command->add_option("SESSION", a->from, "A session")->required()->check(CLI::ExistingDirectory);
+  command->add_option("SESSION", a->from, "A session")->required()->check(IsFolder());
   command->add_option("-o,--output", a->to, "The folder for pictures and set.json, new or empty")->required();
   AddOptions(*command,
              {{.name = "format", .value = &a->format, .help = "of the pictures", .choices = {"tiff", "png"}},
@@ -66,6 +68,7 @@ void AddExportCommand(CLI::App& app, Context& context) {
                .help = "raw mosaics, or interpolated pictures of the four angles",
                .choices = {"mosaic", "angles"}}});
   AddOptions(*command, Table(a->input), "With --as angles, what the session does not say");
+  AddExample(*command, "  polarscan export session -o pictures --format png");
   command->callback([a, &context] {
     const std::string extension = a->format == "png" ? "png" : "tif";
     DoWhole("nothing was exported", [&] {

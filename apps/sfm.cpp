@@ -8,9 +8,10 @@ namespace {
 
 // The known poses that the scan was begun with, if any.
 std::optional<std::filesystem::path> KnownPoses(const Scan& scan) {
-  const std::string path = scan.state().at("options").at("sfm").value("known-poses", "");
-  if (path.empty()) return std::nullopt;
-  return path;
+  const nlohmann::json::json_pointer place("/options/sfm/known-poses");
+  const nlohmann::json path = scan.state().value(place, nlohmann::json(""));
+  if (!path.is_string() || path == "") return std::nullopt;
+  return path.get<std::string>();
 }
 
 }  // namespace
@@ -24,9 +25,12 @@ void AddSfmCommand(CLI::App& app, Context& context) {
   auto a = std::make_shared<Arguments>();
   CLI::App* command =
       app.add_subcommand("sfm", "Camera poses of a scan and its undistorted views, again with other options");
-  command->add_option("SCAN", a->scan, "The scan's folder")->required()->check(CLI::ExistingDirectory);
-  AddOptions(*command, Table(a->sfm), "Structure from motion");
-  AddOptions(*command, Table(a->dense), "Undistortion");
+  command->add_option("SCAN", a->scan, "The scan's folder")->required()->check(IsFolder());
+  AddOptions(*command, Table(a->sfm), kPosesGroup);
+  AddOptions(*command, Table(a->dense), kUndistortGroup);
+  ShowFirst(*command, {"camera-model", "single-camera", "focal", "matcher", "max-features", "min-registered",
+                       "max-image-size", "masks", "depth-min", "depth-max"});
+  AddExample(*command, "  polarscan sfm scan --matcher exhaustive --max-features 16384");
   command->callback([a, &context] {
     Scan scan = Scan::Open(a->scan, context.progress);
     scan.ContinueAfter("views");

@@ -110,9 +110,16 @@ void AddSimulateCommand(CLI::App& app, Context& context) {
       ->add_option("--gige", a->address,
                    "Be a GigE Vision camera at this address of this machine, say 127.0.0.1")
       ->type_name("ADDRESS");
-  AddOptions(*command, Table(a->options.simulator));
-  AddOptions(*command, CameraOnly(a->options), "As a camera (--gige)");
-  AddOptions(*command, Table(a->gige), "As a camera (--gige)");
+  AddOptions(*command, Table(a->options.simulator), "Scene and sensor, for studies");
+  AddOptions(*command, CameraOnly(a->options),
+             "As a camera (--gige), for who tries a recording and its faults");
+  AddOptions(*command, Table(a->gige), "As a camera (--gige), for who tries a recording and its faults");
+  ShowFirst(*command, {"scene", "mesh", "rings", "width", "height", "samples", "texture", "table", "masks",
+                       "known-poses"});
+  AddExample(
+      *command,
+      "  polarscan simulate -o pictures --scene vase --width 640 --height 512\n"
+      "  polarscan simulate --gige 127.0.0.1       (records with: polarscan capture --camera 127.0.0.1)");
   command->callback([a, &context] {
     if (a->folder.empty() && a->address.empty()) throw CLI::RequiredError("-o FOLDER or --gige ADDRESS");
     a->options.simulator.seed = a->options.simulator.scene.seed = a->gige.seed = context.seed;
@@ -124,14 +131,15 @@ void AddReplayCommand(CLI::App& app, Context& context) {
   auto a = std::make_shared<ReplayArguments>();
   CLI::App* command =
       app.add_subcommand("replay", "A recording plays the camera: a GigE Vision camera on this machine");
-  command->add_option("SESSION", a->session, "A session")->required()->check(CLI::ExistingDirectory);
+  command->add_option("SESSION", a->session, "A session")->required()->check(IsFolder());
   command->add_option("--gige", a->address, "Address of this machine")
       ->type_name("ADDRESS")
       ->capture_default_str();
   command->add_option("--speed", a->speed, "2: twice as fast")
-      ->check(CLI::Range(0.001, 1000.0))
+      ->check(IsBetween(0.001, 1000.0))
       ->capture_default_str();
-  AddOptions(*command, Table(a->gige), "As a camera");
+  AddOptions(*command, Table(a->gige), "As a camera, for who tries a recording and its faults");
+  AddExample(*command, "  polarscan replay session --speed 2");
   command->callback([a, &context] {
     a->gige.seed = context.seed;
     ServeReplay(*a, context);

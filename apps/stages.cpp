@@ -155,7 +155,9 @@ void RunReport(Scan& scan) {
            });
 }
 
-bool MapsWereDamaged(const Scan& scan) { return scan.Counts("fusion").value("damaged", 0) > 0; }
+bool MapsWereDamaged(const Scan& scan) {
+  return scan.Counts("fusion").value("damaged", nlohmann::json(0)) > 0;
+}
 
 StereoOptions RecordedStereoOptions(const Scan& scan) {
   const nlohmann::json::json_pointer place("/options/stereo");

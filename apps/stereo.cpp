@@ -126,20 +126,24 @@ void AddStereoCommand(CLI::App& app, Context& context) {
       app.add_subcommand("stereo", "Depth and normal maps of a scan, again with other options");
   command->add_option("SCAN", a->scan, "The scan's folder, or a dense workspace by colmap image_undistorter")
       ->required()
-      ->check(CLI::ExistingDirectory);
+      ->check(IsFolder());
   command->add_option("--shard", a->shard,
                       "NUMBER/COUNT, as 2/4: make only this part of the maps, while other programs, on this "
                       "machine or on others that share the folder, make the rest");
   command
       ->add_option("--shard-wait", a->shard_wait_min, "Minutes to wait for a new map from the other shards")
-      ->check(CLI::Range(0.0, 1e6))
+      ->check(IsBetween(0.0, 1e6))
       ->capture_default_str();
   command
       ->add_option("--plan", a->plan_shards,
                    "Only say what there is to do and which commands do it in this many shards")
-      ->check(CLI::Range(1, 100000))
+      ->check(IsBetween(1, 100000))
       ->type_name("COUNT");
-  AddOptions(*command, Table(a->options));
+  AddOptions(*command, Table(a->options), kStereoGroup);
+  ShowFirst(*command, {"preset", "views", "masks", "filter", "sources", "levels", "cache"});
+  AddExample(*command,
+             "  polarscan stereo scan --preset best\n"
+             "  polarscan stereo scan --plan 4            (which commands four machines would run)");
   command->callback([a, command, &context] {
     const StereoOptions options = StereoOptionsFrom(*command, a->options, context);
     if (a->plan_shards > 0)

@@ -16,6 +16,7 @@
 #include "core/descriptor.h"
 #include "core/error.h"
 #include "core/temporaries.h"
+#include "core/words.h"
 
 namespace polarscan {
 namespace {
@@ -90,7 +91,7 @@ nlohmann::json ReadJson(const std::filesystem::path& path) {
   try {
     return nlohmann::json::parse(ReadFile(path));
   } catch (const nlohmann::json::exception& e) {
-    throw Error(fmt::format("this is not valid JSON ({})", e.what()), path.string());
+    throw Error(fmt::format("this is not valid JSON ({})", JsonReason(e.what())), path.string());
   }
 }
 

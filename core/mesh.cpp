@@ -4,11 +4,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <map>
 
 #include "core/bytes.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "core/mesh_formats.h"
 #include "core/ply.h"
 
 namespace polarscan {
@@ -69,6 +72,59 @@ double SegmentDistance(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const
   return (p - a - t * d).norm();
 }
 
+TriangleMesh ReadPlyMesh(const std::filesystem::path& path) {
+  const PlyFile file = ReadPly(path);
+  const auto vertex = file.find("vertex");
+  if (vertex == file.end()) throw Error("a PLY without vertices", path.string(), kExportAgain);
+  TriangleMesh mesh;
+  mesh.vertices = Points(vertex->second, {"x", "y", "z"});
+  if (mesh.vertices.empty()) throw Error("a PLY without vertices", path.string(), kExportAgain);
+  if (!std::ranges::all_of(mesh.vertices, [](const auto& point) { return point.allFinite(); }))
+    throw Error("a vertex that is not a finite point", path.string(), kExportAgain);
+  mesh.triangles = Triangles(file, mesh.vertices.size(), path.string());
+  if (mesh.triangles.empty()) throw Error("a PLY without faces", path.string(), kExportAgain);
+  mesh.normals = Points(vertex->second, {"nx", "ny", "nz"});
+  if (!NormalizeNormals(mesh)) ComputeVertexNormals(mesh);
+  return mesh;
+}
+
+// Where facets meet at more than this they share no vertex, so that an edge of a part stays an edge.
+constexpr double kCreaseCos = 0.866;  // 30 degrees
+constexpr double kSameCos = 1 - 1e-9;
+
+// Corners at the same place become one vertex, if their normals (or else their facets') are alike.
+TriangleMesh Weld(const TriangleCorners& corners) {
+  struct Vertex {
+    Eigen::Vector3d normal;
+    std::uint32_t index;
+  };
+  std::map<std::array<double, 3>, std::vector<Vertex>> at;
+  TriangleMesh mesh;
+  const bool has_normals = !corners.normals.empty();
+  const double alike = has_normals ? kSameCos : kCreaseCos;
+  for (std::size_t i = 0; i < corners.points.size(); ++i) {
+    const Eigen::Vector3d &p = corners.points[i], *facet = &corners.points[i / 3 * 3];
+    const Eigen::Vector3d normal =
+        (has_normals ? corners.normals[i] : (facet[1] - facet[0]).cross(facet[2] - facet[0]).eval())
+            .normalized();
+    std::vector<Vertex>& here = at[{p.x() + 0.0, p.y() + 0.0, p.z() + 0.0}];  // -0 is 0
+    const auto found = std::ranges::find_if(
+        here, [&](const Vertex& v) { return !(v.normal.dot(normal) < alike) || normal.isZero(); });
+    std::uint32_t index = std::uint32_t(mesh.vertices.size());
+    if (found != here.end()) {
+      index = found->index;
+    } else {
+      here.push_back({normal, index});
+      mesh.vertices.push_back(p);
+      if (has_normals) mesh.normals.push_back(normal);
+    }
+    if (i % 3 == 0) mesh.triangles.emplace_back();
+    mesh.triangles.back()[i % 3] = index;
+  }
+  if (!has_normals) ComputeVertexNormals(mesh);
+  return mesh;
+}
+
 }  // namespace
 
 void ComputeVertexNormals(TriangleMesh& mesh) {
@@ -95,19 +151,15 @@ double TriangleDistance(const Eigen::Vector3d& p, const Eigen::Vector3d& a, cons
 }
 
 TriangleMesh ReadMesh(const std::filesystem::path& path) {
-  const PlyFile file = ReadPly(path);
-  const auto vertex = file.find("vertex");
-  if (vertex == file.end()) throw Error("a PLY without vertices", path.string(), kExportAgain);
-  TriangleMesh mesh;
-  mesh.vertices = Points(vertex->second, {"x", "y", "z"});
-  if (mesh.vertices.empty()) throw Error("a PLY without vertices", path.string(), kExportAgain);
-  if (!std::ranges::all_of(mesh.vertices, [](const auto& point) { return point.allFinite(); }))
-    throw Error("a vertex that is not a finite point", path.string(), kExportAgain);
-  mesh.triangles = Triangles(file, mesh.vertices.size(), path.string());
-  if (mesh.triangles.empty()) throw Error("a PLY without faces", path.string(), kExportAgain);
-  mesh.normals = Points(vertex->second, {"nx", "ny", "nz"});
-  if (!NormalizeNormals(mesh)) ComputeVertexNormals(mesh);
-  return mesh;
+  std::string ending = path.extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return char(std::tolower(c)); });
+  if (ending != ".stl" && ending != ".obj") return ReadPlyMesh(path);
+  const std::string bytes = ReadFile(path);
+  const TriangleCorners corners =
+      ending == ".stl" ? ParseStl(bytes, path.string()) : ParseObj(bytes, path.string());
+  if (corners.points.empty())
+    throw Error("there are no faces in this mesh", path.string(), "Export it again");
+  return Weld(corners);
 }
 
 void WriteMesh(const std::filesystem::path& path, const TriangleMesh& mesh) {

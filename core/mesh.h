@@ -22,8 +22,9 @@ struct TriangleMesh {
 // Unit vertex normals, each the area-weighted mean of its triangles' normals.
 void ComputeVertexNormals(TriangleMesh& mesh);
 
-// PLY, ascii or binary, either byte order; polygons are split into fans. Throws Error on a damaged file, and
-// on vertices that are not finite points.
+// By the name's ending: .stl (ascii or binary), .obj, else PLY, ascii or binary, either byte order. Polygons
+// are split into fans; STL, and OBJ without normals, get the facets' where those meet at more than 30
+// degrees. Throws Error on a damaged file, and on vertices that are not finite points.
 TriangleMesh ReadMesh(const std::filesystem::path& path);
 // Binary little-endian PLY with normals. Atomic.
 void WriteMesh(const std::filesystem::path& path, const TriangleMesh& mesh);

@@ -8,23 +8,21 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/words.h"
 
 namespace polarscan {
 namespace {
 
-void CheckRange(const Option& option, double value) {
+void CheckRange(const Option& option, double value, bool whole) {
   if (value >= option.min && value <= option.max) return;
-  const std::string unit = option.unit.empty() ? "" : " " + option.unit;
-  const std::string range = option.max > 1e299 ? fmt::format("at least {:g}{}", option.min, unit)
-                            : option.min < -1e299
-                                ? fmt::format("at most {:g}{}", option.max, unit)
-                                : fmt::format("{:g} to {:g}{}", option.min, option.max, unit);
-  throw Error("option out of range", fmt::format("--{} {:g}", option.name, value), "It must be " + range);
+  throw Error("option out of range", fmt::format("--{} {}", option.name, NumberText(value, whole)),
+              fmt::format("It must be {}{}{}", RangeText(option.min, option.max, whole),
+                          option.unit.empty() ? "" : " ", option.unit));
 }
 
 void ValidateOption(const Option& option) {
-  if (auto number = std::get_if<int*>(&option.value)) CheckRange(option, **number);
-  if (auto number = std::get_if<double*>(&option.value)) CheckRange(option, **number);
+  if (auto number = std::get_if<int*>(&option.value)) CheckRange(option, **number, true);
+  if (auto number = std::get_if<double*>(&option.value)) CheckRange(option, **number, false);
   if (auto text = std::get_if<std::string*>(&option.value)) {
     if (!option.choices.empty() && std::ranges::find(option.choices, **text) == option.choices.end())
       throw Error("no such choice", fmt::format("--{} {}", option.name, **text),

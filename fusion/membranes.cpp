@@ -22,7 +22,7 @@ constexpr double kStiff = 1.5;  // times the coarse grid's correction: steps are
 constexpr auto kNowhere = std::numeric_limits<std::uint32_t>::max();
 
 using Three = Eigen::Array3d;  // one number for each coordinate
-using Places = std::vector<Three>;
+using Coordinates = std::vector<Three>;
 
 // f(begin, end) for blocks that do not depend on the number of threads; the sum of what it returns.
 template <class F>
@@ -63,7 +63,7 @@ struct Laplacian {
   std::vector<double> diagonal;
   std::size_t size() const { return diagonal.size(); }
 
-  Three Row(const Places& x, std::size_t i) const {
+  Three Row(const Coordinates& x, std::size_t i) const {
     Three sum = diagonal[i] * x[i];
     for (std::size_t k = links.begin[i]; k < links.begin[i + 1]; ++k)
       sum -= double(weights[k]) * x[links.entries[k]];
@@ -153,13 +153,13 @@ class Multigrid {
     }
   }
 
-  void Apply(const Places& right, Places& x, std::size_t level = 0) const {
+  void Apply(const Coordinates& right, Coordinates& x, std::size_t level = 0) const {
     const Laplacian& system = System(level);
     if (level == grids_.size()) return SolveCoarsest(system, right, x);
     x.resize(right.size());
     ForEach(system.size(), [&](std::size_t i) { x[i] = kDamping / system.diagonal[i] * right[i]; });
     const Grid& grid = grids_[level];
-    Places rest(grid.members.size()), correction;
+    Coordinates rest(grid.members.size()), correction;
     ForEach(grid.members.size(), [&](std::size_t a) {
       Three sum = Three::Zero();
       for (std::uint32_t i : grid.members.Of(a)) sum += right[i] - system.Row(x, i);
@@ -167,7 +167,7 @@ class Multigrid {
     });
     Apply(rest, correction, level + 1);
     if (level + 1 < grids_.size()) {  // once more for what is left: a W-cycle
-      Places left(rest.size()), more;
+      Coordinates left(rest.size()), more;
       ForEach(rest.size(), [&](std::size_t a) { left[a] = rest[a] - grid.system.Row(correction, a); });
       Apply(left, more, level + 1);
       ForEach(rest.size(), [&](std::size_t a) { correction[a] += more[a]; });
@@ -185,15 +185,15 @@ class Multigrid {
 
   const Laplacian& System(std::size_t level) const { return level ? grids_[level - 1].system : finest_; }
 
-  static void Smooth(const Laplacian& system, const Places& right, Places& x) {
-    Places next(x.size());
+  static void Smooth(const Laplacian& system, const Coordinates& right, Coordinates& x) {
+    Coordinates next(x.size());
     ForEach(system.size(), [&](std::size_t i) {
       next[i] = x[i] + kDamping / system.diagonal[i] * (right[i] - system.Row(x, i));
     });
     x.swap(next);
   }
 
-  static void SolveCoarsest(const Laplacian& system, const Places& right, Places& x) {
+  static void SolveCoarsest(const Laplacian& system, const Coordinates& right, Coordinates& x) {
     x.assign(right.size(), Three::Zero());
     if (system.links.entries.empty()) {
       ForEach(system.size(), [&](std::size_t i) { x[i] = right[i] / system.diagonal[i]; });
@@ -208,10 +208,11 @@ class Multigrid {
 
 // By preconditioned conjugate gradients (Saad, Iterative Methods, 9.2), each coordinate for itself, until the
 // steps that are left are shorter than `exact` in the mean.
-void Solve(const Laplacian& system, const Places& right, double exact, Places& x, Progress& progress) {
+void Solve(const Laplacian& system, const Coordinates& right, double exact, Coordinates& x,
+           Progress& progress) {
   const std::size_t count = system.size();
   const Multigrid preconditioner(system, progress);
-  const auto dot = [&](const Places& a, const Places& b) {
+  const auto dot = [&](const Coordinates& a, const Coordinates& b) {
     return SumOfBlocks(count, [&](std::size_t begin, std::size_t end) {
       Three sum = Three::Zero();
       for (std::size_t i = begin; i < end; ++i) sum += a[i] * b[i];
@@ -219,7 +220,7 @@ void Solve(const Laplacian& system, const Places& right, double exact, Places& x
     });
   };
   const auto ratio = [](const Three& a, const Three& b) { return Three((b > 0).select(a / b, 0)); };
-  Places residual(count), step, near, image(count);
+  Coordinates residual(count), step, near, image(count);
   ForEach(count, [&](std::size_t i) { residual[i] = right[i] - system.Row(x, i); });
   preconditioner.Apply(residual, near);
   step = near;
@@ -252,7 +253,7 @@ void StretchMembranes(TriangleMesh& mesh, const std::vector<bool>& free, Progres
   const VertexNeighbours neighbours(mesh.vertices.size(), mesh.triangles);
   progress.Check();
   Laplacian system;
-  Places known(members.size(), Three::Zero()), places(members.size());
+  Coordinates known(members.size(), Three::Zero()), places(members.size());
   for (std::size_t i = 0; i < members.size(); ++i) {
     places[i] = mesh.vertices[members[i]].array();
     const auto around = neighbours.Of(members[i]);

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -118,18 +120,44 @@ std::string Glb(const SurfaceMesh& mesh) {
   return file;
 }
 
+std::string Stl(const SurfaceMesh& mesh) {
+  std::string bytes = "polarscan; lengths in the unit of the scan's poses";
+  bytes.resize(80);
+  AppendBytes(bytes, std::uint32_t(mesh.triangles.size()));
+  const auto append = [&](const Eigen::Vector3f& v) {
+    for (int k = 0; k < 3; ++k) AppendBytes(bytes, v[k]);
+  };
+  for (const Triangle& t : mesh.triangles) {
+    const Eigen::Vector3f &a = mesh.vertices[t[0]].position, &b = mesh.vertices[t[1]].position,
+                          &c = mesh.vertices[t[2]].position;
+    append((b - a).cross(c - a).normalized());
+    append(a), append(b), append(c);
+    AppendBytes(bytes, std::uint16_t(0));
+  }
+  return bytes;
+}
+
+std::string EndingOf(const std::filesystem::path& path) {
+  std::string ending = path.extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return char(std::tolower(c)); });
+  return ending;
+}
+
 }  // namespace
 
 void CheckMeshFileName(const std::filesystem::path& path) {
-  const std::string ending = path.extension().string();
-  if (ending != ".ply" && ending != ".obj" && ending != ".glb")
-    throw Error("there is no mesh format for this name", path.string(), "Use .ply, .obj or .glb");
+  const std::string ending = EndingOf(path);
+  if (ending != ".ply" && ending != ".obj" && ending != ".glb" && ending != ".stl")
+    throw Error("there is no mesh format for this name", path.string(), "Use .ply, .obj, .glb or .stl");
 }
 
 void WriteMeshFile(const std::filesystem::path& path, const SurfaceMesh& mesh) {
   CheckMeshFileName(path);
-  const std::string ending = path.extension().string();
-  WriteFileAtomically(path, ending == ".ply" ? Ply(mesh) : ending == ".obj" ? Obj(mesh) : Glb(mesh));
+  const std::string ending = EndingOf(path);
+  WriteFileAtomically(path, ending == ".ply"   ? Ply(mesh)
+                            : ending == ".obj" ? Obj(mesh)
+                            : ending == ".stl" ? Stl(mesh)
+                                               : Glb(mesh));
 }
 
 SurfaceMesh ReadSurfaceMesh(const std::filesystem::path& path) {

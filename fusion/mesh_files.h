@@ -21,6 +21,7 @@ struct SurfaceMesh {
 //   .ply  binary little-endian; the cloud's properties (fusion/cloud.h) and the faces
 //   .obj  text; colours behind the coordinates, 0 to 1, as MeshLab and Blender read them
 //   .glb  binary glTF 2.0: one mesh with normals and linear colours (COLOR_0); axes and units are the world's
+//   .stl  binary; no colours and no unit: lengths are the world's
 // Throws Error on any other name.
 void WriteMeshFile(const std::filesystem::path& path, const SurfaceMesh& mesh);
 

@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "core/image_io.h"
+#include "core/words.h"
 #include "demosaic/polar_view.h"
 
 namespace polarscan {
@@ -148,7 +149,8 @@ Workspace ReadWorkspace(const std::filesystem::path& folder) {
       for (int i = 0; i < 3; ++i) workspace.offset[i] = value.at("offset").at(std::size_t(i));
     for (const json& view : value.at("views")) workspace.views.push_back(ViewFromJson(view));
   } catch (const json::exception& problem) {
-    throw Error(fmt::format("damaged list of views ({})", problem.what()), path.string(), kAdvice);
+    throw Error(fmt::format("damaged list of views ({})", JsonReason(problem.what())), path.string(),
+                kAdvice);
   }
   const int count = int(workspace.views.size());
   for (int i = 0; i < count; ++i)

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/words.h"
 
 namespace polarscan {
 namespace {
@@ -74,7 +75,7 @@ SessionInfo ReadSessionInfo(const fs::path& folder) {
       throw Error("a newer polarscan has written this session", path.string(), "Use that one");
     return InfoFrom(value);
   } catch (const json::exception& e) {
-    throw Error(fmt::format("session.json is damaged ({})", e.what()), path.string());
+    throw Error(fmt::format("session.json is damaged ({})", JsonReason(e.what())), path.string());
   }
 }
 

@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "core/image_io.h"
+#include "core/words.h"
 
 namespace polarscan {
 namespace {
@@ -125,7 +126,7 @@ Calibration ReadCalibration(const fs::path& folder) {
                   "Calibrate again");
     return FromJson(value, folder);
   } catch (const json::exception& e) {
-    throw Error(fmt::format("calibration.json is damaged ({})", e.what()), path.string());
+    throw Error(fmt::format("calibration.json is damaged ({})", JsonReason(e.what())), path.string());
   }
 }
 

@@ -94,7 +94,7 @@ def _row(view):
 def stereo(views, *, threads=0, folder=None, **options):
     """Depth and normal maps of all views by PolarPMS: a list of Maps in the order of the views.
 
-    options: those of `polarscan stereo --help`, with underscores (preset="fast", masks=False, seed=2); their defaults:
+    options: those of `polarscan stereo --help-all`, with underscores (preset="fast", masks=False, seed=2); their defaults:
     stereo_options(). threads 0: one a processor. folder: keeps the workspace (docs/scan.md, dense/) there, and a call
     with the same views and options goes on in it; otherwise it is temporary."""
     if folder is None:

@@ -14,6 +14,7 @@
 #include "core/files.h"
 #include "core/random.h"
 #include "demosaic/calibration/calibration.h"
+#include "fusion/mesh_files.h"
 #include "program.h"
 #include "stereo/map_io.h"
 #include "stereo/sfm/model.h"
@@ -114,6 +115,25 @@ TEST_F(Damage, CloudsOfAWrongLengthAreRefused) {
   const Tally tally = DamageAll(folder_ / "cloud.ply", [&] { CheckPly(folder_ / "cloud.ply"); });
   EXPECT_FALSE(tally.AcceptedA(Way::kCut));
   EXPECT_GE(tally.refused, kTrials / 4);
+}
+
+TEST_F(Damage, StlAndObjAreReadOrRefusedAndAnStlThatIsCutIsRefused) {
+  SurfaceMesh mesh;
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {1, 3, 2}};
+  for (int i = 0; i < 4; ++i) {
+    const Eigen::Vector3f p(i == 2, i == 1, i == 3);
+    mesh.vertices.push_back({p, Eigen::Vector3f::UnitZ(), {1, 2, 3}});
+  }
+  for (const char* name : {"m.stl", "m.obj"}) {
+    WriteMeshFile(folder_ / name, mesh);
+    const Tally tally = DamageAll(folder_ / name, [&] {
+      const TriangleMesh read = ReadMesh(folder_ / name);
+      for (const auto& triangle : read.triangles)
+        for (const std::uint32_t i : triangle) EXPECT_TRUE(read.vertices.at(i).allFinite());
+    });
+    EXPECT_FALSE(name[2] == 's' && tally.AcceptedA(Way::kCut));
+    EXPECT_GE(tally.refused, kTrials / 10) << name;
+  }
 }
 
 TEST_F(Damage, BinaryModelsOfAWrongLengthAreRefused) {

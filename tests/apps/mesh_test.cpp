@@ -47,6 +47,23 @@ TEST_F(MeshCommand, AgainDoesNothingAndAnOutputNameWritesThatFormat) {
   EXPECT_EQ(ReadFile(glb).substr(0, 4), "glTF");
 }
 
+TEST_F(MeshCommand, AnStlComesWithAWordOnItsUnitAndIsATruth) {
+  const std::string stl = (folder_ / "m.stl").string(), obj = (folder_ / "m.obj").string();
+  const Outcome outcome = Run({"--no-refine", "-o", stl});
+  ASSERT_EQ(outcome.exit_code, kDone) << outcome.err;
+  EXPECT_NE(outcome.err.find("millimetres"), std::string::npos) << outcome.err;
+  ASSERT_EQ(Run({"--no-refine", "-o", obj}).exit_code, kDone);
+  std::vector<double> accuracy;
+  for (const std::string& truth : {(Scan() / "mesh.ply").string(), stl, obj}) {
+    const Outcome evaluated =
+        RunPolarscan({"evaluate", (Scan() / "cloud.ply").string(), "--truth", truth, "--json"});
+    ASSERT_EQ(evaluated.exit_code, kDone) << evaluated.err;
+    accuracy.push_back(json::parse(evaluated.out)["cloud"]["accuracy"]["mean"]);
+  }
+  EXPECT_NEAR(accuracy[1], accuracy[0], 1e-6);
+  EXPECT_NEAR(accuracy[2], accuracy[0], 1e-6);
+}
+
 TEST_F(MeshCommand, ADryRunWritesNothing) {
   const auto before = Contents(Scan());
   const Outcome outcome = Run({"--dry-run"});
@@ -56,9 +73,9 @@ TEST_F(MeshCommand, ADryRunWritesNothing) {
 }
 
 TEST_F(MeshCommand, AWrongEndingIsRefusedBeforeAnyWork) {
-  const Outcome outcome = Run({"-o", (folder_ / "m.stl").string()});
+  const Outcome outcome = Run({"-o", (folder_ / "m.3ds").string()});
   EXPECT_EQ(outcome.exit_code, kFailed);
-  EXPECT_NE(outcome.err.find(".ply, .obj or .glb"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find(".ply, .obj, .glb or .stl"), std::string::npos) << outcome.err;
   EXPECT_FALSE(fs::exists(Scan() / "mesh.ply"));
 }
 

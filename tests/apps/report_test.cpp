@@ -210,6 +210,28 @@ TEST(Report, HoldsAnEvaluationOfThisCloudAndNoOther) {
   EXPECT_NE(later.at("notes").dump().find("earlier cloud"), std::string::npos);
 }
 
+TEST(Report, MadeAgainAfterAnEvaluationItIsAsTheScanKnowsIt) {
+  TemporaryFolder folder;
+  const fs::path scan = folder / "scan";
+  WriteToyScan(scan, 3);
+  nlohmann::json state = ReadJson(scan / "scan.json");
+  state["stages"] = {{"report", {{"state", "done"}}}};
+  WriteJson(scan / "scan.json", state);
+  WriteMesh(folder / "ball.ply", SphereMesh(200));
+  ASSERT_EQ(RunPolarscan({"report", scan.string()}).exit_code, kDone);
+  const std::string before = ReadFile(scan / "report.html");
+  ASSERT_EQ(RunPolarscan(
+                {"evaluate", scan.string(), "--truth", (folder / "ball.ply").string(), "--samples", "20000"})
+                .exit_code,
+            kDone);
+  ASSERT_EQ(RunPolarscan({"report", scan.string()}).exit_code, kDone);
+  EXPECT_NE(ReadFile(scan / "report.html"), before);
+  const Outcome sound = RunPolarscan({"check", scan.string()});
+  EXPECT_EQ(sound.exit_code, kDone) << sound.err;
+  WriteFileAtomically(scan / "report.html", "changed by hand");
+  EXPECT_EQ(RunPolarscan({"check", scan.string()}).exit_code, kDataLost);
+}
+
 TEST_F(Report3d, ShowsTheCloudAndReportsNoError) {
   Report(scan());
   const Shown shown = Show(scan() / "report.html", "theme=light");

@@ -12,11 +12,11 @@ SMALLER = [(r"--width \d+ --height \d+", "--width 160 --height 128 --samples 1")
 
 
 def help_of(path):
-    return subprocess.run([PROGRAM, "help", *path], capture_output=True, text=True, check=True).stdout
+    return subprocess.run([PROGRAM, *path, "--help-all"], capture_output=True, text=True, check=True).stdout
 
 
 def subcommands(text):
-    return re.findall(r"^  ([a-z]+) ", text.split("Subcommands:")[1], re.M) if "Subcommands:" in text else []
+    return re.findall(r"^  ([a-z]+) ", text.split("Subcommands:")[1].split("\nExample:")[0], re.M) if "Subcommands:" in text else []
 
 
 def commands(page):
@@ -34,7 +34,7 @@ class Commands(unittest.TestCase):
         self.known = {}
 
     def words(self, path):
-        """(commands below, options, values of those that take one of a few) of a command, from its --help."""
+        """(commands below, options, values of those that take one of a few) of a command, from its --help-all."""
         if path not in self.known:
             text = help_of(path)
             values = {name: values.split(",") for name, values in re.findall(r"(--[a-z][\w-]*) [A-Za-z]*:?\{([\w,-]+)\}", text)}
@@ -88,6 +88,13 @@ class Commands(unittest.TestCase):
                 count[words[0].split("/")[0]] += 1
         for kind, least in {"polarscan": 150, "scripts": 20, "cmake": 3, "build": 2}.items():
             self.assertGreater(count[kind], least, count)
+
+    def test_every_command_shows_an_example_that_exists(self):
+        for path in self.all_commands(()):
+            examples = re.findall(r"^  (polarscan .*)", help_of(path).split("\nExample:\n")[1], re.M)
+            self.assertTrue(any(" ".join(("polarscan",) + path) in line for line in examples), path)
+            for line in examples:
+                self.check(line, path)
 
     def test_options_named_in_a_sentence_exist(self):
         everything = "".join(help_of(path) for path in self.all_commands(()))

@@ -309,12 +309,25 @@ TEST(MeshFiles, GlbHoldsWhatItsDocumentSays) {
     for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(word(indices + 12 * i + 4 * k), mesh.triangles[i][k]);
 }
 
-TEST(MeshFiles, AnotherEndingIsRefusedWithTheThreeThatExist) {
+TEST(MeshFiles, StlReadsBackAsTheSameTrianglesInOrder) {
+  TemporaryFolder folder;
+  const SurfaceMesh mesh = SmallMesh();
+  WriteMeshFile(folder.path() / "m.STL", mesh);
+  EXPECT_EQ(fs::file_size(folder.path() / "m.STL"), 84 + 50 * mesh.triangles.size());
+  const TriangleMesh back = ReadMesh(folder.path() / "m.STL");
+  ASSERT_EQ(back.triangles.size(), mesh.triangles.size());
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k)
+      EXPECT_EQ(back.vertices[back.triangles[i][k]].cast<float>(),
+                mesh.vertices[mesh.triangles[i][k]].position);
+}
+
+TEST(MeshFiles, AnotherEndingIsRefusedWithThoseThatExist) {
   try {
-    CheckMeshFileName("mesh.stl");
+    CheckMeshFileName("mesh.3ds");
     FAIL();
   } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find(".ply, .obj or .glb"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find(".ply, .obj, .glb or .stl"), std::string::npos);
   }
 }
 

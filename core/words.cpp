@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/words.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace polarscan {
+namespace {
+
+// Letters to insert, leave out or replace, and neighbours to swap, until one word is the other.
+std::size_t LettersApart(const std::string& a, const std::string& b) {
+  std::vector<std::vector<std::size_t>> cost(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
+  for (std::size_t i = 0; i <= a.size(); ++i)
+    for (std::size_t j = 0; j <= b.size(); ++j) {
+      if (i == 0 || j == 0) {
+        cost[i][j] = i + j;
+        continue;
+      }
+      cost[i][j] = std::min(
+          {cost[i - 1][j] + 1, cost[i][j - 1] + 1, cost[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1)});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+        cost[i][j] = std::min(cost[i][j], cost[i - 2][j - 2] + 1);
+    }
+  return cost[a.size()][b.size()];
+}
+
+}  // namespace
+
+std::string NumberText(double value, bool whole) {
+  return whole ? fmt::format("{}", static_cast<long long>(value)) : fmt::format("{:g}", value);
+}
+
+std::string RangeText(double min, double max, bool whole) {
+  const bool has_min = min > -1e299, has_max = max < 1e299;
+  if (has_min && has_max) return fmt::format("{} to {}", NumberText(min, whole), NumberText(max, whole));
+  if (has_min) return "at least " + NumberText(min, whole);
+  return has_max ? "at most " + NumberText(max, whole) : "";
+}
+
+std::string NearestName(const std::string& name, const std::vector<std::string>& names) {
+  if (name.size() < 3) return "";
+  std::string nearest;
+  std::size_t least = name.size() / 3 + 1;
+  for (const std::string& candidate : names)
+    if (const std::size_t apart = LettersApart(name, candidate); apart < least)
+      nearest = candidate, least = apart;
+  if (!nearest.empty()) return nearest;
+  const auto longer = std::ranges::find_if(names, [&](const auto& n) { return n.find(name) != n.npos; });
+  return longer == names.end() ? "" : *longer;
+}
+
+std::string Excerpt(std::string_view text) {
+  std::string excerpt(text.substr(0, 40));
+  std::ranges::replace_if(
+      excerpt, [](unsigned char c) { return c < 32 || c == 127; }, '?');
+  return text.size() > 40 ? excerpt + "..." : excerpt;
+}
+
+std::string JsonReason(const std::string& what) {
+  const std::size_t end = what.find("] ");
+  return what.starts_with("[json.") && end != std::string::npos ? what.substr(end + 2) : what;
+}
+
+}  // namespace polarscan

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace polarscan {
+
+// 0.25 as "0.25"; whole: without fraction or exponent.
+std::string NumberText(double value, bool whole);
+
+// "0 to 16", "at least 1", "at most 3"; empty where any number will do (limits beyond 1e299).
+std::string RangeText(double min, double max, bool whole);
+
+// The one of `names` that `name` was probably meant to be: at most one letter in three is another, or the
+// name holds it. Empty if none is near.
+std::string NearestName(const std::string& name, const std::vector<std::string>& names);
+
+// Of a file's text, for a message: at most 40 bytes of it, and '?' for what cannot be shown.
+std::string Excerpt(std::string_view text);
+
+// What nlohmann::json noticed, for people: its "[json.exception.out_of_range.403] key 'format' not found"
+// without the code.
+std::string JsonReason(const std::string& what);
+
+}  // namespace polarscan
