@@ -10,6 +10,7 @@
 #include "acquisition/session/session_reader.h"
 #include "core/image_io.h"
 #include "core/options.h"
+#include "core/progress.h"
 #include "demosaic/calibration/calibration.h"
 #include "demosaic/sensor.h"
 
@@ -55,7 +56,9 @@ struct InputView {
 //   folders s0/ s1/ s2/ rgb/ aop/ dop/ NAME.*              intensity, angle and degree of polarization
 //   session.json, segments/            a recorded session: mosaics, one view a shot (docs/capture.md)
 //   NAME.jpg                           photos without polarization; flat or in photos/ or images/
-// and beside them masks/NAME.* (255 = object), sparse/ (COLMAP model with known poses) and set.json.
+//   views.json NAME.tif                a folder that polarscan demosaic made: Stokes, or photos if it says so
+// and beside them masks/NAME.* (not black = object; input_masks.h), sparse/ (COLMAP model with known poses)
+// and set.json. Pictures of which a part is transparent bring their own mask where there is no other.
 struct Input {
   std::filesystem::path folder;
   InputKind kind = InputKind::kPhotos;
@@ -69,6 +72,7 @@ struct Input {
   std::string aop_scale = "auto";  // of aop/: see the option table
   std::optional<std::filesystem::path> known_model;  // sparse/
   std::vector<std::string> notes;                    // what was assumed, one sentence each, for the user
+  std::vector<std::string> warnings;                 // what is odd, likewise
 
   bool polarized() const { return kind != InputKind::kPhotos; }
   // What is known about the single pixels; empty without a calibration.
@@ -79,6 +83,9 @@ struct Input {
 // camera's. Opens one view's pictures (more only
 // to find out about 16-bit ones); the others are read by ReadView.
 Input OpenInput(const std::filesystem::path& folder, const InputOptions& options);
+
+// What there is to say about the input before it is used.
+void TellNotes(const Input& input, Progress& progress);
 
 // {"kind", "sensor", "aop_sense", "aop_scale", "calibration"}: everything that decides what a view's pictures
 // mean.

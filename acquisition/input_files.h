@@ -3,13 +3,25 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <vector>
 
 namespace polarscan {
 
 using PictureFiles = std::map<std::string, std::filesystem::path>;  // by stem, hence sorted
 
-// The pictures of a folder; hidden files are not looked at. Throws Error if two have the same stem.
+// The picture files of a folder; hidden files are not looked at. Throws Error if two have the same stem.
+PictureFiles ListPictureFiles(const std::filesystem::path& folder);
+// Those without MasksAmong them.
 PictureFiles ListPictures(const std::filesystem::path& folder);
+
+// The masks that lie beside pictures: NAME.mask, NAME_mask or NAME-mask beside NAME.
+PictureFiles MasksAmong(const PictureFiles& files);
+// The names of views that a mask's stem may stand for, the likeliest first: a, a.mask, a_mask, a.png and
+// a.png.mask all stand for a.
+std::vector<std::string> NamesBehindMask(const std::string& stem);
+
+// "a, b, c and 4 more"
+std::string FirstOf(const std::vector<std::string>& names);
 
 // The folders in a folder, by their names in lower case.
 std::map<std::string, std::filesystem::path> ListFolders(const std::filesystem::path& folder);

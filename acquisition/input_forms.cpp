@@ -6,6 +6,7 @@
 
 #include "acquisition/input_files.h"
 #include "core/error.h"
+#include "core/files.h"
 
 namespace polarscan {
 namespace {
@@ -69,6 +70,20 @@ std::vector<InputView> ListFlat(const PictureFiles& files) {
   return views;
 }
 
+// What views.json lists: as Stokes, or, where there was no polarization, as the pictures beside them.
+std::vector<InputView> ListMadeViews(const fs::path& folder, InputKind kind) {
+  std::vector<InputView> views;
+  const nlohmann::json state = ReadJson(folder / "views.json");
+  for (const auto& [name, record] : state.at("views").items()) {
+    const fs::path file = folder / (name + (kind == InputKind::kPhotos ? ".png" : ".tif"));
+    if (!fs::exists(file))
+      throw Error("views.json lists a view that is not there", file.string(),
+                  "Run the same polarscan demosaic again");
+    views.push_back({name, {file}, {}});
+  }
+  return views;
+}
+
 std::vector<InputView> ListStokes(const fs::path& parent) {
   const fs::path folder = fs::is_directory(parent / "stokes") ? parent / "stokes" : parent;
   const auto folders = ListFolders(folder);
@@ -111,8 +126,21 @@ std::vector<InputView> ListMosaics(const fs::path& folder) {
 
 }  // namespace
 
+bool IsViewFolder(const fs::path& folder) {
+  if (!fs::exists(folder / "views.json")) return false;
+  try {
+    const nlohmann::json state = ReadJson(folder / "views.json");
+    return state.is_object() && state.contains("polarized") && state.contains("views") &&
+           state["views"].is_object();
+  } catch (const Error&) {
+    return false;
+  }
+}
+
 std::vector<InputView> ListViews(const fs::path& folder, InputKind kind) {
   std::vector<InputView> views;
+  if (IsViewFolder(folder) && (kind == InputKind::kStokes || kind == InputKind::kPhotos))
+    return ListMadeViews(folder, kind);
   if (kind == InputKind::kMosaic) views = ListMosaics(folder);
   if (kind == InputKind::kAngles) views = ListAngles(folder);
   if (kind == InputKind::kStokes) views = ListStokes(folder);
@@ -126,21 +154,6 @@ std::vector<InputView> ListViews(const fs::path& folder, InputKind kind) {
   if (views.empty())
     throw Error(fmt::format("there are no {} pictures here", ToString(kind)), folder.string());
   return views;
-}
-
-void FindMasks(const fs::path& folder, std::vector<InputView>& views) {
-  if (!fs::is_directory(folder / "masks")) return;
-  const PictureFiles masks = ListPictures(folder / "masks");
-  std::size_t found = 0;
-  for (InputView& view : views)
-    if (const auto mask = masks.find(view.name); mask != masks.end()) {
-      view.mask = mask->second;
-      ++found;
-    }
-  if (found == 0 && !masks.empty())
-    throw Error("no mask has the name of a view", (folder / "masks").string(),
-                fmt::format("Masks are named like the views: {}.png, not {}", views[0].name,
-                            masks.begin()->second.filename().string()));
 }
 
 }  // namespace polarscan

@@ -6,6 +6,7 @@
 #include "acquisition/input_files.h"
 #include "acquisition/input_forms.h"
 #include "core/error.h"
+#include "core/files.h"
 
 namespace polarscan {
 namespace {
@@ -47,6 +48,8 @@ InputKind KindOf(const std::string& name) {
 
 InputKind RecognizeKind(const fs::path& folder, const InputOptions& options) {
   if (options.kind != "auto") return KindOf(options.kind);
+  if (IsViewFolder(folder))
+    return ReadJson(folder / "views.json")["polarized"] == true ? InputKind::kStokes : InputKind::kPhotos;
   const auto folders = ListFolders(folder);
   std::vector<InputKind> kinds;
   if (folders.contains("mosaic") || !ExposureFolders(folder).empty()) kinds.push_back(InputKind::kMosaic);

@@ -66,6 +66,7 @@ void FillFromSensor(const Reader& sensor, InputOptions& options) {
   if (options.white_level <= 0) options.white_level = WhiteLevel(sensor).value_or(0);
   if (options.gain <= 0) options.gain = sensor.Number("dn_per_e").value_or(0);
   if (options.read_noise < 0) options.read_noise = sensor.Number("read_noise_e").value_or(-1);
+  if (options.gamma <= 0) options.gamma = sensor.Number("gamma").value_or(0);
 }
 
 void FillFromSet(const Reader& set, InputOptions& options) {

@@ -37,12 +37,13 @@ struct Work {
 };
 
 Work Open(const CalibrateArguments& a, Context& context) {
+  RequireFree(a.output, [&] { return IsCalibration(a.output); });
   InputOptions options = a.meaning;
   if (IsCalibration(a.output)) options.calibration = a.output.string();
   Work work{std::make_shared<const Input>(OpenInput(a.input, options)), {}};
   const Input& input = *work.input;
   if (input.calibration) work.calibration = *input.calibration;
-  for (const std::string& note : input.notes) context.progress.Info(note);
+  TellNotes(input, context.progress);
   work.calibration.sensor = input.sensor;
   work.calibration.binding.camera.update(input.binding.camera);
   work.calibration.binding.settings.update(input.binding.settings);
@@ -178,7 +179,7 @@ void RunLayout(const CalibrateArguments& a, Context& context) {
 
 void RunApply(const CalibrateArguments& a, Context& context) {
   const Input input = OpenInput(a.input, a.meaning);
-  for (const std::string& note : input.notes) context.progress.Info(note);
+  TellNotes(input, context.progress);
   const std::size_t views =
       ExportCorrected(input, a.output, a.format == "png" ? "png" : "tif", context.progress);
   context.Finish({{"folder", a.output.string()}, {"views", views}},

@@ -3,6 +3,7 @@
 
 #include "apps/command.h"
 #include "apps/report.h"
+#include "core/files.h"
 
 namespace polarscan {
 namespace {
@@ -22,7 +23,13 @@ void AddReportCommand(CLI::App& app, Context& context) {
   command->add_option("-o,--output", arguments->output, "The page; SCAN/report.html if not given")
       ->type_name("FILE.html");
   command->callback([arguments, &context] {
-    if (arguments->output.empty()) arguments->output = arguments->scan / "report.html";
+    const std::filesystem::path& output = arguments->output;
+    if (!output.empty())
+      RequireFree(output, [&] {
+        return CarriesMark(output, "content=\"polarscan report\"") ||
+               std::filesystem::equivalent(output, arguments->scan / "report.html");
+      });
+    if (output.empty()) arguments->output = arguments->scan / "report.html";
     WriteReport(arguments->scan, arguments->output, context.progress);
     const auto bytes = std::filesystem::file_size(arguments->output);
     context.Finish({{"report", arguments->output.string()}, {"bytes", bytes}},

@@ -10,7 +10,7 @@ namespace {
 void Import(const std::string& folder, const InputOptions& options, const std::string& session,
             Context& context) {
   const Input input = OpenInput(folder, options);
-  for (const std::string& note : input.notes) context.progress.Info(note);
+  TellNotes(input, context.progress);
   const std::size_t frames = ImportSession(input, session, context.progress);
   context.Finish({{"session", session}, {"frames", frames}}, fmt::format("{} frames in {}", frames, session));
 }
@@ -27,7 +27,7 @@ void Export(const std::string& folder, const std::string& extension, const std::
 void ExportByAngle(const std::string& folder, const InputOptions& options, const std::string& extension,
                    const std::string& output, Context& context) {
   const Input input = OpenInput(folder, options);
-  for (const std::string& note : input.notes) context.progress.Info(note);
+  TellNotes(input, context.progress);
   const std::size_t views =
       ExportAngles(input, FindDemosaicMethod(DemosaicOptions().method), output, extension, context.progress);
   context.Finish({{"folder", output}, {"views", views}}, fmt::format("{} views in {}", views, output));

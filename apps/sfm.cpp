@@ -4,13 +4,15 @@
 #include "apps/stages.h"
 
 namespace polarscan {
+namespace fs = std::filesystem;
 namespace {
 
-// The known poses that the scan was begun with, if any.
+// The known poses that the scan was begun with, if any; also where the input lies now, if both were moved.
 std::optional<std::filesystem::path> KnownPoses(const Scan& scan) {
   const std::string path = scan.state().at("options").at("sfm").value("known-poses", "");
   if (path.empty()) return std::nullopt;
-  return path;
+  const fs::path moved = scan.folder() / scan.state().value("input_from_here", "") / "sparse";
+  return !fs::exists(path) && fs::is_directory(moved) ? moved : fs::path(path);
 }
 
 }  // namespace

@@ -126,6 +126,11 @@ void WriteMeshFile(const std::filesystem::path& path, const SurfaceMesh& mesh) {
   WriteFileAtomically(path, ending == ".ply" ? Ply(mesh) : ending == ".obj" ? Obj(mesh) : Glb(mesh));
 }
 
+bool IsMeshFile(const std::filesystem::path& path) {
+  return CarriesMark(path, PointProperties() + "element face") ||  // a cloud has no faces
+         (!CarriesMark(path, "end_header") && CarriesMark(path, "polarscan"));
+}
+
 SurfaceMesh ReadSurfaceMesh(const std::filesystem::path& path) {
   SurfaceMesh mesh{ReadCloud(path), ReadMesh(path).triangles};
   for (const Triangle& t : mesh.triangles)
