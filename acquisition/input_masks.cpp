@@ -4,10 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 #include "acquisition/input_files.h"
-#include "acquisition/input_forms.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/picture_tags.h"
@@ -17,24 +17,50 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Masks by their stems: those in masks/, then those beside the pictures.
-std::vector<std::pair<std::string, fs::path>> AllMasks(const Input& input) {
-  std::vector<std::pair<std::string, fs::path>> masks;
-  const auto add = [&](const PictureFiles& files) { masks.insert(masks.end(), files.begin(), files.end()); };
-  if (fs::is_directory(input.folder / "masks")) add(ListPictures(input.folder / "masks"));
-  std::set<fs::path> folders;
-  for (const InputView& view : input.views)
-    if (!view.files.empty() && !IsViewFolder(input.folder)) folders.insert(view.files[0].parent_path());
-  for (const fs::path& folder : folders) add(MasksAmong(ListPictureFiles(folder)));
-  return masks;
+void SetMask(const fs::path& path, InputView& view) {
+  if (view.mask)
+    throw Error(fmt::format("view {} has two masks", view.name),
+                fmt::format("{} and {}", view.mask->string(), path.string()), "Remove one of them");
+  view.mask = path;
 }
 
-// The view that a mask of this stem is for; null: none.
-InputView* ViewOf(const std::string& stem, std::vector<InputView>& views) {
-  for (const std::string& name : NamesBehindMask(stem))
-    if (const auto view = std::ranges::find(views, name, &InputView::name); view != views.end())
-      return &*view;
-  return nullptr;
+// Those in masks/, by the views' names. Returns the names of those that are no view's.
+std::vector<std::string> FindInFolder(const PictureFiles& masks, std::vector<InputView>& views) {
+  std::map<std::string, InputView*> by_name;
+  for (InputView& view : views) by_name.emplace(view.name, &view);
+  std::vector<std::string> strangers;
+  for (const auto& [stem, path] : masks) {
+    InputView* view = nullptr;
+    for (const std::string& name : NamesBehindMask(stem))
+      if (const auto found = by_name.find(name); !view && found != by_name.end()) view = found->second;
+    if (view)
+      SetMask(path, *view);
+    else
+      strangers.push_back(path.filename().string());
+  }
+  return strangers;
+}
+
+// Those beside the pictures, by the pictures' names.
+void FindBesidePictures(std::vector<InputView>& views) {
+  std::map<fs::path, InputView*> by_picture;  // without extension
+  std::set<fs::path> folders;
+  for (InputView& view : views)
+    if (!view.files.empty()) {
+      folders.insert(view.files[0].parent_path());
+      by_picture.emplace(fs::path(view.files[0]).replace_extension(), &view);
+    }
+  for (const fs::path& folder : folders)
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+      if (!entry.is_regular_file() || !IsPictureName(entry.path())) continue;
+      const fs::path stem = fs::path(entry.path()).replace_extension();
+      if (by_picture.contains(stem)) continue;
+      for (const std::string& name : NamesBehindMask(stem.filename().string()))
+        if (const auto view = by_picture.find(folder / name); view != by_picture.end()) {
+          SetMask(entry.path(), *view->second);
+          break;
+        }
+    }
 }
 
 enum class Coverage { kPart, kNothing, kEverything };
@@ -52,22 +78,14 @@ int OrientationOf(const InputView& view) {
 }  // namespace
 
 void FindMasks(Input& input) {
-  std::vector<std::string> strangers;
-  const auto masks = AllMasks(input);
-  for (const auto& [stem, path] : masks) {
-    InputView* view = ViewOf(stem, input.views);
-    if (!view) {
-      strangers.push_back(path.filename().string());
-    } else if (view->mask) {
-      throw Error(fmt::format("view {} has two masks", view->name),
-                  fmt::format("{} and {}", view->mask->string(), path.string()), "Remove one of them");
-    } else {
-      view->mask = path;
-    }
-  }
+  FindBesidePictures(input.views);
+  const fs::path folder = input.folder / "masks";
+  if (!fs::is_directory(folder)) return;
+  const PictureFiles masks = ListPictureFiles(folder);
+  const std::vector<std::string> strangers = FindInFolder(masks, input.views);
   if (!masks.empty() && strangers.size() == masks.size())
     throw Error(
-        "no mask has the name of a view", masks[0].second.parent_path().string(),
+        "no mask has the name of a view", folder.string(),
         fmt::format("Masks are named like the views: {}.png, not {}", input.views[0].name, strangers[0]));
   if (!strangers.empty())
     input.warnings.push_back(fmt::format("{} of {} masks are of no picture here and not used: {}",
