@@ -4,11 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 #include "acquisition/input_forms.h"
 #include "acquisition/input_masks.h"
 #include "acquisition/input_options.h"
 #include "acquisition/input_shot.h"
+#include "acquisition/input_untaken.h"
 #include "acquisition/session/session_views.h"
 #include "core/error.h"
 #include "core/picture_tags.h"
@@ -84,8 +86,10 @@ void SetSensor(Input& input, const InputOptions& options, const Picture& first) 
 }
 
 Picture FirstPicture(const Input& input) {
+  const InputView& view = input.views[0];
+  if (view.files.size() > 1) return ReadPicture(view.files[0]);
   std::vector<double> exposures;
-  return input.session ? ReadShot(input, input.views[0], exposures)[0] : ReadPicture(input.views[0].files[0]);
+  return ReadPictures(input, view, exposures)[0];
 }
 
 bool IsJpeg(const fs::path& path) {
@@ -111,7 +115,13 @@ void OpenSessionInput(Input& input) {
 
 void OpenPictures(Input& input, const InputOptions& options) {
   input.kind = RecognizeKind(input.folder, options);
-  input.views = ListViews(input.folder, input.kind);
+  FindViews(options.angles, input);
+}
+
+// What the folder and its files say before they are read.
+void LookAtFiles(Input& input) {
+  for (const std::string& odd : Untaken(input.folder, input.views)) input.warnings.push_back(odd);
+  for (const std::string& odd : Differences(input)) input.warnings.push_back(odd);
 }
 
 void AddNotes(Input& input, const InputOptions& options, const Picture& first) {
@@ -196,6 +206,26 @@ void SetCalibration(Input& input, std::shared_ptr<const Calibration> calibration
   input.calibration = std::move(calibration);
 }
 
+// The folders' own names, with a number where they are the same.
+std::vector<std::string> LabelsOf(const std::vector<fs::path>& folders) {
+  std::vector<std::string> labels;
+  for (const fs::path& folder : folders) {
+    const fs::path canonical = fs::weakly_canonical(folder);
+    const std::string name = canonical.filename().string();
+    const auto same = std::ranges::count_if(labels, [&](const std::string& label) { return label == name; });
+    labels.push_back(same ? fmt::format("{}.{}", name, labels.size() + 1) : name);
+  }
+  return labels;
+}
+
+bool ShareNames(const std::vector<Input>& parts) {
+  std::set<std::string> names;
+  for (const Input& part : parts)
+    for (const InputView& view : part.views)
+      if (!names.insert(view.name).second) return true;
+  return false;
+}
+
 }  // namespace
 
 std::string ToString(InputKind kind) {
@@ -212,6 +242,7 @@ Input OpenInput(const fs::path& folder, const InputOptions& given) {
   input.folder = folder;
   IsSession(folder) ? OpenSessionInput(input) : OpenPictures(input, options);
   FindMasks(input);
+  if (!input.session && !IsViewFolder(folder)) LookAtFiles(input);
   if (fs::is_directory(folder / "sparse")) input.known_model = folder / "sparse";
   input.clockwise = options.aop_sense == "clockwise";
   if (input.clockwise && input.kind == InputKind::kMosaic)
@@ -228,6 +259,42 @@ Input OpenInput(const fs::path& folder, const InputOptions& given) {
   return input;
 }
 
+Input OpenInputs(const std::vector<fs::path>& folders, const InputOptions& options) {
+  if (folders.size() == 1) return OpenInput(folders[0], options);
+  Input all;
+  for (const fs::path& folder : folders) all.parts.push_back(OpenInput(folder, options));
+  const Input& first = all.parts[0];
+  all.folder = first.folder, all.kind = first.kind, all.width = first.width, all.height = first.height;
+  const std::vector<std::string> labels = LabelsOf(folders);
+  const bool prefix = ShareNames(all.parts);
+  for (std::size_t p = 0; p < folders.size(); ++p) {
+    const Input& part = all.parts[p];
+    if (part.polarized() != first.polarized())
+      throw Error("plain photos and pictures with polarization cannot be one scan",
+                  fmt::format("{} and {}", folders[0].string(), folders[p].string()),
+                  "Reconstruct them apart");
+    for (InputView view : part.views) {
+      if (prefix) view.name = labels[p] + "-" + view.name;
+      all.views.push_back(std::move(view));
+    }
+    for (const std::string& note : part.notes) all.notes.push_back(labels[p] + ": " + note);
+    for (const std::string& warning : part.warnings) all.warnings.push_back(labels[p] + ": " + warning);
+    if (part.known_model)
+      all.warnings.push_back(
+          fmt::format("the known poses in {} are not used: several folders are placed by their pictures",
+                      part.known_model->string()));
+  }
+  return all;
+}
+
+std::pair<const Input*, int> Input::Source(int view) const {
+  for (const Input& part : parts) {
+    if (view < int(part.views.size())) return {&part, view};
+    view -= int(part.views.size());
+  }
+  return {this, view};
+}
+
 void TellNotes(const Input& input, Progress& progress) {
   for (const std::string& warning : input.warnings) progress.Warn(warning);
   for (const std::string& note : input.notes) input.polarized() ? progress.Info(note) : progress.Warn(note);
@@ -239,11 +306,19 @@ const MosaicCorrection& Input::correction() const {
 }
 
 nlohmann::json Meaning(const Input& input) {
-  return {{"calibration", input.calibration ? nlohmann::json(input.calibration->hash) : nlohmann::json()},
-          {"kind", ToString(input.kind)},
-          {"sensor", ToJson(input.sensor)},
-          {"aop_sense", input.clockwise ? "clockwise" : "anticlockwise"},
-          {"aop_scale", input.aop_scale}};
+  if (!input.parts.empty()) {
+    nlohmann::json parts = nlohmann::json::array();
+    for (const Input& part : input.parts) parts.push_back(Meaning(part));
+    return {{"kind", ToString(input.kind)}, {"parts", parts}};
+  }
+  nlohmann::json meaning = {
+      {"calibration", input.calibration ? nlohmann::json(input.calibration->hash) : nlohmann::json()},
+      {"kind", ToString(input.kind)},
+      {"sensor", ToJson(input.sensor)},
+      {"aop_sense", input.clockwise ? "clockwise" : "anticlockwise"},
+      {"aop_scale", input.aop_scale}};
+  if (input.angles != Input().angles) meaning["angles"] = input.angles;
+  return meaning;
 }
 
 nlohmann::json ToJson(const Input& input) {

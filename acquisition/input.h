@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "acquisition/session/session_reader.h"
@@ -29,6 +30,7 @@ struct InputOptions {
   std::string aop_sense = "auto";
   std::string aop_scale = "auto";
   std::string calibration = "";
+  std::string angles = "";
 };
 OptionTable Table(InputOptions& options);
 
@@ -36,27 +38,36 @@ enum class InputKind { kMosaic, kAngles, kStokes, kRgbAopDop, kPhotos };
 // "mosaic", "angles", "stokes", "rgb-aop-dop", "photos".
 std::string ToString(InputKind kind);
 
-// The files of one view: mosaic, photos: one; angles: 0, 45, 90, 135; Stokes: one with several pages or S0,
-// S1, S2; rgb-aop-dop: those three.
+// The files of one view: mosaic, photos: one; angles: one each in the order of Input::angles, or one with a
+// page or channel each; Stokes: one with several pages or channels or S0, S1, S2; rgb-aop-dop: those three.
 struct InputView {
-  std::string name;  // the pictures' stem: the view's name in every later stage
+  std::string name;  // core/view_name.h: the view's name in every later stage
   std::vector<std::filesystem::path> files;
   std::optional<std::filesystem::path> mask = {};
   std::vector<std::size_t> frames = {};  // of a session instead of files
   // Of mosaics that were taken with several exposures: of each file or frame, any unit; empty: one exposure.
   std::vector<double> exposures = {};
+  int page = -1;      // of files[0], a TIFF that holds a view on each of its pages; -1: it holds one view
+  bool sums = false;  // Stokes: the files hold S0, S0 + S1, S0 + S2
 };
 
 // An INPUT folder understood, with everything that was decided about it. The forms it may have:
 //   mosaic/NAME.png or NAME.png        raw mosaics, grey PNG or TIFF
 //   exposure-500/ exposure-4000/ NAME.*   raw mosaics of several exposures (times in one unit), to be merged
-//   I-00/ I-45/ I-90/ I-135/ NAME.*    pictures behind a polarizer (also 0/ 45/ 90/ 135/), angles
-//   anticlockwise NAME.tif                           S0, S1, S2 (and noise) as float32 pages; flat or in
-//   stokes/ NAME_s0.exr NAME_s1.exr NAME_s2.exr   float EXR or TIFF, grey or colour; flat or in stokes/; or
-//   folders s0/ s1/ s2/ rgb/ aop/ dop/ NAME.*              intensity, angle and degree of polarization
+//   I-00/ I-45/ I-90/ I-135/ NAME.*    pictures behind a polarizer, angles anticlockwise; also 0/ 60/ 120/
+//   and
+//                                      other angles, NAME_0.png NAME_60.png ..., or NAME.tif with a page or
+//                                      channel an angle
+//   NAME.tif                           S0, S1, S2 (and noise) as float32 pages; flat or in stokes/
+//   NAME.exr                           channels S0 S1 S2, or S0.R S0.G S0.B and so on; flat or in stokes/
+//   NAME_s0.exr NAME_s1.exr NAME_s2.exr   float EXR, TIFF or NPY, grey or colour; flat or in stokes/; or
+//   folders
+//                                      s0/ s1/ s2/; or NAME_s0.hdr with S0 + S1, S0 + S2 in _s0p1 _s0p2
+//   rgb/ aop/ dop/ NAME.*              intensity, angle and degree of polarization
 //   session.json, segments/            a recorded session: mosaics, one view a shot (docs/capture.md)
 //   NAME.jpg                           photos without polarization; flat or in photos/ or images/
 //   views.json NAME.tif                a folder that polarscan demosaic made: Stokes, or photos if it says so
+// where pictures may lie in folders (cam1/NAME.jpg), a TIFF may hold many mosaics or photos on its pages,
 // and beside them masks/NAME.* (not black = object; input_masks.h), sparse/ (COLMAP model with known poses)
 // and set.json. Pictures of which a part is transparent bring their own mask where there is no other.
 struct Input {
@@ -70,9 +81,17 @@ struct Input {
   std::shared_ptr<const Calibration> calibration;  // mosaics: or null
   bool clockwise = false;          // the source's angles of polarization run clockwise; Stokes views never do
   std::string aop_scale = "auto";  // of aop/: see the option table
+  std::vector<double> angles = {0, 45, 90,
+                                135};  // kind angles: the polarizer's, degrees, as the source counts
   std::optional<std::filesystem::path> known_model;  // sparse/
   std::vector<std::string> notes;                    // what was assumed, one sentence each, for the user
   std::vector<std::string> warnings;                 // what is odd, likewise
+
+  // Several folders that make one set (OpenInputs): each means what it means by itself. The views above are
+  // theirs, one folder after the other; the sensor, session and calibration are only in the parts.
+  std::vector<Input> parts = {};
+  // The folder that a view comes from, and which of its views it is.
+  std::pair<const Input*, int> Source(int view) const;
 
   bool polarized() const { return kind != InputKind::kPhotos; }
   // What is known about the single pixels; empty without a calibration.
@@ -84,7 +103,12 @@ struct Input {
 // to find out about 16-bit ones); the others are read by ReadView.
 Input OpenInput(const std::filesystem::path& folder, const InputOptions& options);
 
-// What there is to say about the input before it is used.
+// One set from several folders. Where two have views of the same name, every view's begins with its folder's
+// name. Known poses are not used: each folder's have a frame of their own. Throws Error also if only some of
+// the folders know polarization.
+Input OpenInputs(const std::vector<std::filesystem::path>& folders, const InputOptions& options);
+
+// Warns of what is odd and says what was assumed.
 void TellNotes(const Input& input, Progress& progress);
 
 // {"kind", "sensor", "aop_sense", "aop_scale", "calibration"}: everything that decides what a view's pictures

@@ -4,25 +4,53 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <charconv>
+#include <set>
+#include <vector>
 
+#include "acquisition/input_angles.h"
 #include "core/error.h"
 #include "core/image_io.h"
+#include "core/view_name.h"
 
 namespace polarscan {
 namespace {
 
 namespace fs = std::filesystem;
 
-// The polarizer angle that a folder's (lower case) name stands for, "i-045", "i45" or "45"; -1 if none.
-int AngleOf(std::string name) {
-  if (name.starts_with('i')) name.erase(0, name.size() > 1 && (name[1] == '-' || name[1] == '_') ? 2 : 1);
-  if (name.empty() || name.size() > 3 ||
-      !std::ranges::all_of(name, [](char c) { return c >= '0' && c <= '9'; }))
-    return -1;
-  const int angle = std::stoi(name);
-  return angle == 0 || angle == 45 || angle == 90 || angle == 135 ? angle : -1;
+constexpr int kDeepestFolder = 8;
+
+// Folders that hold other things than further pictures of the one that they lie in.
+bool MeansSomethingElse(const fs::path& folder) {
+  static const std::set<std::string> kNames = {
+      "masks",  "mask", "truth", "sparse", "previews", "thumbnails", "thumbs", "mosaic", "photos", "images",
+      "stokes", "rgb",  "aop",   "dop",    "s0",       "s1",         "s2",     "s3",     "s0p1",   "s0p2"};
+  const std::string name = LowerCase(folder.filename().string());
+  return name.starts_with('.') || name.starts_with("exposure-") || name.starts_with("exposure_") ||
+         kNames.contains(name) ||
+         std::ranges::any_of(std::array{"scan.json", "views.json", "session.json"},
+                             [&](const char* file) { return fs::exists(folder / file); });
+}
+
+void AddPictures(const fs::path& folder, const fs::path& top, int depth, PictureFiles& files) {
+  const bool are_made_views = fs::exists(folder / "views.json");  // and pictures of them in folders
+  std::set<fs::path> angles;
+  for (const double angle : AnglesOfFolders(folder))
+    if (const auto folders = AngleFolders(folder); folders.contains(angle)) angles.insert(folders.at(angle));
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    const fs::path& path = entry.path();
+    if (entry.is_directory() && depth < kDeepestFolder && !are_made_views && !angles.contains(path) &&
+        !MeansSomethingElse(path))
+      AddPictures(path, top, depth + 1, files);
+    if (!entry.is_regular_file() || !IsPictureName(path) || path.filename().string().starts_with('.'))
+      continue;
+    const auto [at, is_new] = files.emplace(ViewName(path.lexically_relative(top)), path);
+    if (!is_new)
+      throw Error("two pictures have the same name",
+                  fmt::format("{} and {}", at->second.string(), path.string()), "Remove one of them");
+  }
 }
 
 // The stem without ".mask", "_mask" or "-mask" at its end (any case); empty if it has none.
@@ -47,15 +75,7 @@ std::string LowerCase(std::string text) {
 
 PictureFiles ListPictureFiles(const fs::path& folder) {
   PictureFiles files;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-    const fs::path& path = entry.path();
-    if (!entry.is_regular_file() || !IsPictureName(path) || path.filename().string().starts_with('.'))
-      continue;
-    const auto [at, is_new] = files.emplace(path.stem().string(), path);
-    if (!is_new)
-      throw Error("two pictures have the same name",
-                  fmt::format("{} and {}", at->second.string(), path.string()), "Remove one of them");
-  }
+  AddPictures(folder, folder, 0, files);
   return files;
 }
 
@@ -95,16 +115,6 @@ std::map<std::string, fs::path> ListFolders(const fs::path& folder) {
   return folders;
 }
 
-std::map<int, fs::path> AngleFolders(const fs::path& folder) {
-  std::map<int, fs::path> angles;
-  for (const auto& [name, path] : ListFolders(folder)) {
-    const int angle = AngleOf(name);
-    if (angle >= 0 && !angles.emplace(angle, path).second)
-      throw Error(fmt::format("two folders hold the angle {}", angle), folder.string(), "Remove one of them");
-  }
-  return angles;
-}
-
 std::map<double, fs::path> ExposureFolders(const fs::path& folder) {
   std::map<double, fs::path> exposures;
   for (const auto& [name, path] : ListFolders(folder)) {
@@ -121,14 +131,29 @@ std::map<double, fs::path> ExposureFolders(const fs::path& folder) {
   return exposures;
 }
 
-int StokesComponent(const std::string& stem) {
-  const std::string end = LowerCase(stem.size() > 3 ? stem.substr(stem.size() - 3) : "");
-  const bool fits = end.size() == 3 && std::string("_-.").find(end[0]) != std::string::npos && end[1] == 's';
-  return fits && end[2] >= '0' && end[2] <= '2' ? end[2] - '0' : -1;
+StokesEnding StokesEndingOf(const std::string& stem) {
+  static const std::vector<std::pair<std::string, StokesEnding>> kEndings = {{"s0", {0, false, 3}},
+                                                                             {"s1", {1, false, 3}},
+                                                                             {"s2", {2, false, 3}},
+                                                                             {"s0p1", {1, true, 5}},
+                                                                             {"s0p2", {2, true, 5}}};
+  const std::string name = LowerCase(stem);
+  for (const auto& [end, ending] : kEndings)
+    if (name.size() > ending.length && name.ends_with(end) &&
+        std::string("_-.").find(name[name.size() - ending.length]) != std::string::npos)
+      return ending;
+  return {};
+}
+
+bool IsUnusedComponent(const std::string& stem) {
+  const std::string name = LowerCase(stem);
+  return std::ranges::any_of(std::array{"_s3", "-s3", ".s3", "_s0p3", "-s0p3", ".s0p3"},
+                             [&](const char* end) { return name.ends_with(end); });
 }
 
 bool HoldStokesComponents(const PictureFiles& files) {
-  return std::ranges::any_of(files, [](const auto& file) { return StokesComponent(file.first) >= 0; });
+  return std::ranges::any_of(files,
+                             [](const auto& file) { return StokesEndingOf(file.first).component >= 0; });
 }
 
 }  // namespace polarscan

@@ -11,8 +11,9 @@ InputKind RecognizeKind(const std::filesystem::path& folder, const InputOptions&
 // Whether `polarscan demosaic` made the folder, by its views.json (apps/views.h).
 bool IsViewFolder(const std::filesystem::path& folder);
 
-// The views of that kind, sorted by name, without masks. Throws Error if there are none, and if folders that
-// belong together hold different names.
-std::vector<InputView> ListViews(const std::filesystem::path& folder, InputKind kind);
+// Sets views of input.kind in input.folder, sorted by name, without masks, and their polarizer angles;
+// `angles`: of --angles, may be empty. Throws Error if there are none, and if folders that belong together
+// hold different names.
+void FindViews(const std::string& angles, Input& input);
 
 }  // namespace polarscan

@@ -3,33 +3,59 @@
 
 #include <algorithm>
 
+#include "acquisition/input_angles.h"
 #include "acquisition/input_files.h"
 #include "acquisition/input_forms.h"
+#include "acquisition/input_stokes.h"
+#include "acquisition/input_untaken.h"
 #include "core/error.h"
+#include "core/exr.h"
 #include "core/files.h"
+#include "core/tiff_pages.h"
 
 namespace polarscan {
 namespace {
 
 namespace fs = std::filesystem;
 
-bool IsStokesFile(const fs::path& path, const Picture& picture) {
-  return picture.bits == 32 && LowerCase(path.extension().string()).starts_with(".tif") &&
-         ReadFloatTiff(path).size() >= 3;
+bool IsStokesFile(const fs::path& path) {
+  if (LowerCase(path.extension().string()) == ".exr") return HoldStokesChannels(ExrChannels(path));
+  if (!IsTiff(path)) return false;
+  const std::vector<TiffPage> pages = TiffPages(path);
+  return pages.size() >= 3 && pages[0].floating && pages[0].bits == 32 && pages[0].samples == 1;
+}
+
+// A TIFF whose pages or channels may be the four angles of one view, or pictures of their own.
+void RefuseStackOfFour(const fs::path& path) {
+  if (!IsTiff(path)) return;
+  const std::vector<TiffPage> pages = TiffPages(path);
+  const bool channels = pages[0].samples == 4 && !pages[0].rgb;
+  if (!channels && !(pages.size() == 4 && pages[0].samples == 1)) return;
+  throw Error(fmt::format("the four {} of this TIFF may be the polarizer angles of one view{}",
+                          channels ? "channels" : "pages", channels ? "" : ", or four raw mosaics or photos"),
+              path.string(),
+              fmt::format("Give --input-kind angles (in the order 0 45 90 135; another with --angles){}",
+                          channels ? "" : ", or --input-kind mosaic or photos"));
 }
 
 // Pictures that lie flat in the folder: what they are shows in their names or in the first one.
 InputKind RecognizeFlat(const fs::path& folder, const InputOptions& options) {
   const PictureFiles files = ListPictures(folder);
-  if (files.empty())
-    throw Error("there are no pictures here", folder.string(),
-                "Give a folder with pictures (PNG, JPEG, TIFF or EXR), or one with mosaic/, I-00/ I-45/ "
-                "I-90/ I-135/, "
-                "stokes/ or rgb/ aop/ dop/");
+  if (files.empty()) {
+    const std::string there = WhatLiesThere(folder);
+    throw Error(
+        "there are no pictures here", folder.string(),
+        (there.empty() ? "" : there + ". ") +
+            "Give a folder with pictures (PNG, JPEG, TIFF, EXR, BMP, PGM), or one with mosaic/, I-00/ I-45/ "
+            "I-90/ I-135/, "
+            "stokes/ or rgb/ aop/ dop/");
+  }
   if (HoldStokesComponents(files)) return InputKind::kStokes;
+  if (!options.angles.empty() || AreNamedByFourAngles(files)) return InputKind::kAngles;
   const auto& [name, path] = *files.begin();
+  if (IsStokesFile(path)) return InputKind::kStokes;
+  RefuseStackOfFour(path);
   const Picture first = ReadPicture(path);
-  if (IsStokesFile(path, first)) return InputKind::kStokes;
   if (!IsGrey(first)) return InputKind::kPhotos;
   if (!options.layout.empty()) return InputKind::kMosaic;
   throw Error("these grey pictures may be raw mosaics or plain photos", folder.string(),
@@ -44,6 +70,13 @@ InputKind KindOf(const std::string& name) {
   throw Error("there is no such kind of input", name);
 }
 
+bool HoldGivenAngles(const fs::path& folder, const InputOptions& options) {
+  if (options.angles.empty()) return false;
+  const auto folders = AngleFolders(folder);
+  return std::ranges::any_of(ParseAngles(options.angles),
+                             [&](double angle) { return folders.contains(angle); });
+}
+
 }  // namespace
 
 InputKind RecognizeKind(const fs::path& folder, const InputOptions& options) {
@@ -53,8 +86,10 @@ InputKind RecognizeKind(const fs::path& folder, const InputOptions& options) {
   const auto folders = ListFolders(folder);
   std::vector<InputKind> kinds;
   if (folders.contains("mosaic") || !ExposureFolders(folder).empty()) kinds.push_back(InputKind::kMosaic);
-  if (AngleFolders(folder).size() >= 2) kinds.push_back(InputKind::kAngles);
-  if (folders.contains("stokes") || (folders.contains("s0") && folders.contains("s1")))
+  if (!AnglesOfFolders(folder).empty() || HoldGivenAngles(folder, options))
+    kinds.push_back(InputKind::kAngles);
+  if (folders.contains("stokes") ||
+      (folders.contains("s0") && (folders.contains("s1") || folders.contains("s0p1"))))
     kinds.push_back(InputKind::kStokes);
   if (folders.contains("aop") && folders.contains("dop")) kinds.push_back(InputKind::kRgbAopDop);
   if (folders.contains("photos") || folders.contains("images")) kinds.push_back(InputKind::kPhotos);

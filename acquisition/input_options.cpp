@@ -74,6 +74,7 @@ void FillFromSet(const Reader& set, InputOptions& options) {
   if (options.gamma <= 0) options.gamma = set.Number("gamma").value_or(0);
   if (options.aop_sense == "auto") options.aop_sense = set.Text("aop_sense").value_or("auto");
   if (options.aop_scale == "auto") options.aop_scale = set.Text("aop_scale").value_or("auto");
+  if (options.angles.empty()) options.angles = set.Text("angles").value_or("");
 }
 
 // session.json or set.json; an empty object if there is neither.
@@ -146,6 +147,12 @@ OptionTable Table(InputOptions& o) {
            "Values in aop/: half-turn (full scale = 180 degrees), degrees, radians; auto: as set.json says, "
            "else half-turn for 8 and 16 bits, radians for floating point",
        .choices = {"auto", "half-turn", "degrees", "radians"}},
+      {.name = "angles",
+       .value = &o.angles,
+       .help = "Polarizer's angles of the pictures behind one, three or more, as \"0,60,120\"; empty: as "
+               "set.json says, "
+               "else as folders and files are named",
+       .unit = "deg"},
       {.name = "calibration",
        .value = &o.calibration,
        .help = "Folder made by polarscan calibrate for this camera and its settings: corrects every pixel of "

@@ -6,6 +6,7 @@ namespace polarscan {
 
 // The options with what they leave open taken from FOLDER/set.json, if there is one:
 //   {"input_kind": "mosaic", "gamma": 1, "aop_sense": "clockwise", "aop_scale": "degrees",
+//    "angles": "0,60,120",
 //    "sensor": {"layout": "90 45 / 135 0 (any remark)", "bits": 12, "black_dn": 60, "white_dn": 4000,
 //               "max_dn": 4095, "full_well_e": 10500, "dn_per_e": 0.375, "read_noise_e": 2.5,
 //               "calibration": "../camera-17 (a folder, as seen from here)"},

@@ -8,4 +8,8 @@ namespace polarscan {
 // the shot has several (its times in `exposures`). Throws Error as MedianCounts does.
 std::vector<Picture> ReadShot(const Input& input, const InputView& view, std::vector<double>& exposures);
 
+// A view's pictures as its files hold them (see LoadedView), not looked at yet. Throws Error if a file is
+// damaged.
+std::vector<Picture> ReadPictures(const Input& input, const InputView& view, std::vector<double>& exposures);
+
 }  // namespace polarscan

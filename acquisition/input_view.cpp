@@ -8,8 +8,10 @@
 #include "acquisition/input.h"
 #include "acquisition/input_masks.h"
 #include "acquisition/input_shot.h"
+#include "acquisition/input_stokes.h"
 #include "acquisition/session/session_views.h"
 #include "core/error.h"
+#include "core/tiff_pages.h"
 #include "demosaic/hdr.h"
 #include "demosaic/pixel_format.h"
 
@@ -20,39 +22,57 @@ namespace fs = std::filesystem;
 
 std::string SizeOf(const Picture& picture) { return fmt::format("{}x{}", picture.width(), picture.height()); }
 
-// A TIFF of float pages as one grey picture a page.
-std::vector<Picture> ReadPages(const fs::path& path) {
+Picture PageAsPicture(const fs::path& path, const TiffPage& page) {
+  Picture picture{ReadTiffSamples(path, page), 1, page.bits};
+  picture.full_scale = page.bits == 8 ? 255 : page.bits == 16 ? 65535 : 1;
+  picture.planes.resize(page.rgb ? 3 : 1);
+  return picture;
+}
+
+Picture ReadPageOf(const InputView& view) {
+  for (const TiffPage& page : TiffPages(view.files[0]))
+    if (page.directory == view.page) return PageAsPicture(view.files[0], page);
+  throw Error(fmt::format("page {} of this TIFF is not there any more", view.page), view.files[0].string());
+}
+
+// The pages of a TIFF, or the channels of its only one, a picture each.
+std::vector<Picture> ReadStack(const fs::path& path) {
+  const std::vector<TiffPage> pages = TiffPages(path);
   std::vector<Picture> pictures;
-  for (Image<float>& page : ReadFloatTiff(path)) pictures.push_back({{std::move(page)}, 1, 32});
-  if (pictures.size() != 3 && pictures.size() != 4)
-    throw Error(
-        fmt::format("a Stokes file has 3 or 4 pages (S0, S1, S2, noise), this one has {}", pictures.size()),
-        path.string());
+  if (pages.size() > 1) {
+    for (const TiffPage& page : pages) pictures.push_back(PageAsPicture(path, page));
+    return pictures;
+  }
+  const float full_scale = pages[0].bits == 8 ? 255 : pages[0].bits == 16 ? 65535 : 1;
+  for (Image<float>& plane : ReadTiffSamples(path, pages[0]))
+    pictures.push_back({{std::move(plane)}, full_scale, pages[0].bits});
   return pictures;
 }
 
-std::vector<Picture> ReadPictures(const Input& input, const InputView& view, std::vector<double>& exposures) {
-  if (input.session) return ReadShot(input, view, exposures);
-  exposures = view.exposures;
-  if (input.kind == InputKind::kStokes && view.files.size() == 1) return ReadPages(view.files[0]);
-  std::vector<Picture> pictures;
-  for (const fs::path& file : view.files) pictures.push_back(ReadPicture(file));
-  return pictures;
+// S0, S0 + S1, S0 + S2 become S0, S1, S2.
+void TakeSumsApart(std::vector<Picture>& pictures) {
+  for (std::size_t k = 1; k < pictures.size(); ++k)
+    for (std::size_t c = 0; c < std::min(pictures[k].planes.size(), pictures[0].planes.size()); ++c)
+      if (SameSize(pictures[k].planes[c], pictures[0].planes[c]))
+        for (std::size_t i = 0; i < pictures[k].planes[c].size(); ++i)
+          pictures[k].planes[c].pixels()[i] -= pictures[0].planes[c].pixels()[i];
 }
 
 // Several files of one view must agree: always in size, and in channels and depth where they are of the same
 // kind.
 void CheckAgreement(const Input& input, const InputView& view, const std::vector<Picture>& pictures) {
+  if (input.session) return;
   const Picture& first = pictures[0];
-  for (std::size_t i = 1; i < std::min(pictures.size(), view.files.size()); ++i) {
+  for (std::size_t i = 1; i < pictures.size(); ++i) {
     const Picture& other = pictures[i];
+    const std::string where = fmt::format("{} and {}", view.files[0].string(),
+                                          view.files[std::min(i, view.files.size() - 1)].string());
     if (SizeOf(other) != SizeOf(first))
       throw Error(fmt::format("pictures of one view differ in size, {} and {}", SizeOf(first), SizeOf(other)),
-                  fmt::format("{} and {}", view.files[0].string(), view.files[i].string()));
+                  where);
     if (input.kind == InputKind::kRgbAopDop) continue;
     if (other.planes.size() != first.planes.size() || other.bits != first.bits)
-      throw Error("pictures of one view differ in colour or depth",
-                  fmt::format("{} and {}", view.files[0].string(), view.files[i].string()));
+      throw Error("pictures of one view differ in colour or depth", where);
   }
 }
 
@@ -74,7 +94,7 @@ void CheckPicture(const Input& input, const fs::path& path, Picture& picture) {
   const bool floating = picture.bits == 32;
   if (input.kind == InputKind::kStokes && !floating)
     throw Error("Stokes pictures must be floating point (S1 and S2 have signs)", path.string(),
-                "Use EXR or float TIFF");
+                "Use EXR, float TIFF or NPY");
   if ((input.kind == InputKind::kMosaic || input.kind == InputKind::kAngles) &&
       floating != (input.sensor.bits == 32))
     throw Error("some pictures are floating point and others are not", path.string());
@@ -92,6 +112,19 @@ fs::path PathOf(const Input& input, const InputView& view, std::size_t picture) 
 }
 
 }  // namespace
+
+std::vector<Picture> ReadPictures(const Input& input, const InputView& view, std::vector<double>& exposures) {
+  if (input.session) return ReadShot(input, view, exposures);
+  exposures = view.exposures;
+  const bool one_file = view.files.size() == 1;
+  if (input.kind == InputKind::kStokes && one_file) return ReadStokesFile(view.files[0]);
+  if (input.kind == InputKind::kAngles && one_file) return ReadStack(view.files[0]);
+  if (view.page >= 0) return {ReadPageOf(view)};
+  std::vector<Picture> pictures;
+  for (const fs::path& file : view.files) pictures.push_back(ReadPicture(file));
+  if (view.sums) TakeSumsApart(pictures);
+  return pictures;
+}
 
 std::vector<Picture> ReadShot(const Input& input, const InputView& view, std::vector<double>& exposures) {
   std::map<double, std::vector<std::size_t>> by_exposure;
@@ -120,6 +153,12 @@ LitMosaic MosaicOf(const Input& input, const LoadedView& view) {
 }
 
 LoadedView ReadView(const Input& input, int index) {
+  if (!input.parts.empty()) {
+    const auto [part, view_of_part] = input.Source(index);
+    LoadedView loaded = ReadView(*part, view_of_part);
+    loaded.name = input.views[std::size_t(index)].name;
+    return loaded;
+  }
   const InputView& view = input.views[std::size_t(index)];
   LoadedView loaded{view.name, {}, {}};
   loaded.pictures = ReadPictures(input, view, loaded.exposures);

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "acquisition/input_stokes.h"
 #include "core/error.h"
+#include "core/exr.h"
 #include "core/files.h"
 #include "core/image_io.h"
 #include "core/ply.h"
@@ -135,6 +137,10 @@ void CheckWorkspace(const fs::path& folder) {
 }
 
 void CheckPicture(const fs::path& path) {
+  if (path.extension() == ".exr" && HoldStokesChannels(ExrChannels(path))) {
+    ReadStokesFile(path);
+    return;
+  }
   const Picture picture = ReadPicture(path);
   const bool tiff = path.extension() == ".tif" || path.extension() == ".tiff";
   if (tiff && picture.bits == 32) ReadFloatTiff(path);  // all of its pages

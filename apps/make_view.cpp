@@ -30,7 +30,8 @@ PolarView MakeUnmirrored(const Input& input, const LoadedView& loaded, const Dem
       if (p.size() == 1) CheckMosaic(p[0].planes[0], input.sensor, loaded.name);
       return ViewFromLight(MosaicOf(input, loaded), input.sensor, FindDemosaicMethod(options.method));
     case InputKind::kAngles:
-      return ViewFromAngles({&p[0], &p[1], &p[2], &p[3]}, input.sensor);
+      return input.angles == Input().angles ? ViewFromAngles({&p[0], &p[1], &p[2], &p[3]}, input.sensor)
+                                            : ViewFromPolarizer(p, input.angles, input.sensor);
     case InputKind::kStokes:
       return ViewFromStokes({&p[0], &p[1], &p[2]}, p.size() > 3 ? &p[3].planes[0] : nullptr);
     case InputKind::kRgbAopDop:

@@ -4,13 +4,15 @@
 #include <algorithm>
 
 #include "apps/stages.h"
+#include "core/files.h"
 
 namespace polarscan {
 namespace fs = std::filesystem;
 namespace {
 
 struct Arguments {
-  fs::path input, scan;
+  std::vector<fs::path> inputs;
+  fs::path scan;
   InputOptions meaning;
   DemosaicOptions demosaic;
   SfmOptions sfm;
@@ -41,11 +43,25 @@ void ShowPlan(const Scan& scan, const Context& context) {
                  count ? fmt::format("{} stages would be made", count) : "nothing would be made");
 }
 
+// As the scan remembers its input.
+fs::path NameOf(const std::vector<fs::path>& inputs) {
+  std::string name;
+  for (const fs::path& input : inputs)
+    name += (name.empty() ? "" : " ") + fs::weakly_canonical(input).string();
+  return name;
+}
+
+std::uint64_t FingerprintOf(const std::vector<fs::path>& inputs, const fs::path& scan) {
+  std::uint64_t all = Fingerprint(inputs[0], scan);
+  for (std::size_t i = 1; i < inputs.size(); ++i) all = Hash(ToHex(Fingerprint(inputs[i], scan)), all);
+  return all;
+}
+
 void Reconstruct(const Arguments& a, Context& context) {
-  const Input input = OpenInput(a.input, a.meaning);
+  const Input input = OpenInputs(a.inputs, a.meaning);
   context.progress.Info(fmt::format("{} views, {}", input.views.size(), ToString(input.kind)));
   const auto open = a.dry_run ? Scan::Plan : Scan::OpenOrCreate;
-  Scan scan = open(a.scan, a.input, Fingerprint(a.input, a.scan), context.progress);
+  Scan scan = open(a.scan, NameOf(a.inputs), FingerprintOf(a.inputs, a.scan), context.progress);
   RunStages(scan, input, a);
   if (a.dry_run) return ShowPlan(scan, context);
   context.data_lost = MapsWereDamaged(scan);
@@ -61,7 +77,9 @@ void AddReconstructCommand(CLI::App& app, Context& context) {
   auto a = std::make_shared<Arguments>();
   CLI::App* command =
       app.add_subcommand("reconstruct", "From pictures to a cloud, a mesh and a report; again: goes on");
-  command->add_option("INPUT", a->input, "Folder of pictures (docs/input.md)")
+  command
+      ->add_option("INPUT", a->inputs,
+                   "Folder of pictures or session; several become one scan (docs/input.md)")
       ->required()
       ->check(CLI::ExistingDirectory);
   command->add_option("-o,--output", a->scan, "The scan's folder")->required()->type_name("SCAN");

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <mutex>
 #include <set>
 
@@ -48,11 +49,11 @@ std::vector<int> ScaleViews(const Input& input) {
 
 // S0 that becomes white in the pictures of the set.
 double MeasureScale(const Input& input, const DemosaicOptions& options, Progress& progress) {
-  if (input.kind == InputKind::kPhotos && input.sensor.clips) return 2;
+  if (input.kind == InputKind::kPhotos && input.Source(0).first->sensor.clips) return 2;
   std::vector<float> values;
   for (const int view : ScaleViews(input)) {
     progress.Check();
-    AddBrightness(MakeView(input, ReadView(input, view), options), values);
+    AddBrightness(MakeView(*input.Source(view).first, ReadView(input, view), options), values);
   }
   if (values.empty()) return 2;
   const auto at = values.begin() + std::ptrdiff_t(kScalePercentile * double(values.size() - 1));
@@ -91,11 +92,29 @@ double ShareBelowZero(const Image<float>& s0, const Image<std::uint8_t>& mask) {
   return all ? double(below) / double(all) : 0;
 }
 
+// Of the files that hold many views each.
+using StackHashes = std::map<fs::path, std::uint64_t>;
+
+StackHashes HashStacks(const Input& input, const Progress& progress) {
+  StackHashes hashes;
+  for (const InputView& view : input.views) {
+    if (view.page < 0 || hashes.contains(view.files[0])) continue;
+    progress.Check();
+    hashes[view.files[0]] = HashFile(view.files[0]);
+  }
+  return hashes;
+}
+
 // Hash of everything that a view is made from, but for the scale of its picture.
-std::uint64_t HashView(const Input& input, const InputView& view, const DemosaicOptions& options) {
+std::uint64_t HashView(const Input& input, const InputView& view, const DemosaicOptions& options,
+                       const StackHashes& stacks) {
   const int format = 4;  // of what is written; to be raised when that changes
   std::uint64_t hash = Hash(fmt::format("{} {} {}", format, ToText(Meaning(input)), options.method));
-  for (const fs::path& file : view.files) hash = HashFile(file, hash);
+  if (view.page >= 0)
+    hash = Hash(fmt::format("page {} of {}", view.page, ToHex(stacks.at(view.files[0]))), hash);
+  else
+    for (const fs::path& file : view.files) hash = HashFile(file, hash);
+  if (view.sums) hash = Hash("sums", hash);
   for (const double exposure : view.exposures) hash = Hash(fmt::format("exposure {}", exposure), hash);
   for (const std::size_t frame : view.frames) hash = Hash(ToHex(input.session->frames[frame].hash), hash);
   return view.mask ? HashFile(*view.mask, hash) : hash;
@@ -103,9 +122,10 @@ std::uint64_t HashView(const Input& input, const InputView& view, const Demosaic
 
 std::vector<std::uint64_t> HashViews(const Input& input, const DemosaicOptions& options, Progress& progress) {
   std::vector<std::uint64_t> hashes(input.views.size());
+  const StackHashes stacks = HashStacks(input, progress);
   ParallelFor(0, int(hashes.size()), [&](int i) {
     progress.Check();
-    hashes[std::size_t(i)] = HashView(input, input.views[std::size_t(i)], options);
+    hashes[std::size_t(i)] = HashView(*input.Source(i).first, input.views[std::size_t(i)], options, stacks);
   });
   return hashes;
 }
@@ -126,7 +146,7 @@ double WriteView(const Input& input, int index, const DemosaicOptions& options, 
                  ViewStore& store, const Progress& progress) {
   const LoadedView loaded = ReadView(input, index);
   progress.Check();
-  const PolarView view = MakeView(input, loaded, options);
+  const PolarView view = MakeView(*input.Source(index).first, loaded, options);
   progress.Check();
   WriteStokes(store.StokesPath(loaded.name), view.stokes);
   WritePicture(store.PicturePath(loaded.name), view, scale);

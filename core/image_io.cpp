@@ -10,9 +10,13 @@
 #include <cstring>
 #include <memory>
 #include <opencv2/imgcodecs.hpp>
+#include <optional>
 
 #include "core/error.h"
+#include "core/exr.h"
 #include "core/files.h"
+#include "core/npy.h"
+#include "core/picture_header.h"
 
 namespace polarscan {
 namespace {
@@ -41,8 +45,9 @@ bool IsTruncated(const std::string& bytes, const std::string& extension) {
 
 // OpenCV decodes whatever it knows, some of it by programs of others (GDAL), and whatever the file is called.
 bool IsPicture(const std::string& bytes) {
-  static const std::string kBeginnings[] = {"\x89PNG",    "\xFF\xD8\xFF", {"II*\0", 4}, {"MM\0*", 4},
-                                            {"II+\0", 4}, {"MM\0+", 4},   {"v/1\1", 4}};
+  static const std::string kBeginnings[] = {
+      "\x89PNG", "\xFF\xD8\xFF", {"II*\0", 4}, {"MM\0*", 4}, {"II+\0", 4}, {"MM\0+", 4}, {"v/1\1", 4},
+      "BM",      "P2",           "P3",         "P5",         "P6",         "#?"};
   return std::ranges::any_of(kBeginnings,
                              [&](const std::string& beginning) { return bytes.starts_with(beginning); });
 }
@@ -58,61 +63,19 @@ TiffFile OpenTiff(const fs::path& path, const char* mode) {
   return TiffFile(TIFFOpen(path.c_str(), mode));
 }
 
-// The pixels that a TIFF's header promises, 0 if it is none.
-std::uint64_t TiffPixels(const fs::path& path) {
-  const TiffFile file = OpenTiff(path, "r");
-  std::uint32_t width = 0, height = 0;
-  if (!file || TIFFGetField(file.get(), TIFFTAG_IMAGEWIDTH, &width) != 1 ||
-      TIFFGetField(file.get(), TIFFTAG_IMAGELENGTH, &height) != 1)
-    return 0;
-  return std::uint64_t(width) * height;
-}
-
-std::uint32_t BigEndian(const std::string& bytes, std::size_t at, int count) {
-  std::uint32_t value = 0;
-  for (int i = 0; i < count; ++i) value = value << 8 | static_cast<unsigned char>(bytes[at + std::size_t(i)]);
-  return value;
-}
-
-// The pixels that the header of a PNG, JPEG or TIFF promises, 0 if it holds none or the file is of another
-// kind.
-std::uint64_t PromisedPixels(const fs::path& path, const std::string& bytes) {
-  constexpr std::size_t kPngSize = 16, kJpegSize = 5;  // places of the height and width, from the marker on
-  if (bytes.starts_with("\x89PNG") && bytes.size() >= kPngSize + 8)
-    return std::uint64_t(BigEndian(bytes, kPngSize, 4)) * BigEndian(bytes, kPngSize + 4, 4);
-  if (bytes.starts_with("II") || bytes.starts_with("MM")) return TiffPixels(path);
-  if (!bytes.starts_with("\xFF\xD8")) return 0;
-  std::uint64_t most = 0;
-  for (std::size_t at = 2; at + kJpegSize + 4 <= bytes.size();) {
-    const std::uint32_t mark = BigEndian(bytes, at, 2);
-    if (mark < 0xFF01 || mark == 0xFFFF) {  // decoders skip what is no marker
-      ++at;
-      continue;
-    }
-    if (mark == 0xFFDA) break;  // the picture's data: no header follows
-    const bool begins_frame =
-        mark >= 0xFFC0 && mark <= 0xFFCF && mark != 0xFFC4 && mark != 0xFFC8 && mark != 0xFFCC;
-    if (begins_frame)
-      most = std::max(
-          most, std::uint64_t(BigEndian(bytes, at + kJpegSize, 2)) * BigEndian(bytes, at + kJpegSize + 2, 2));
-    const bool alone = mark == 0xFF01 || (mark >= 0xFFD0 && mark <= 0xFFD9);
-    at += alone ? 2 : 2 + BigEndian(bytes, at + 2, 2);
-  }
-  return most;
-}
-
 cv::Mat Decode(const fs::path& path) {
   const std::string bytes = ReadFile(path);
   const std::string advice = "Copy the file again from where it came, or remove it";
   if (bytes.empty()) throw Error("the picture file is empty", path.string(), advice);
-  if (IsTruncated(bytes, LowerExtension(path)))
+  const PictureHeader header = HeaderOf(path, bytes);
+  if (IsTruncated(bytes, LowerExtension(path)) || bytes.size() < header.least_bytes)
     throw Error("the picture file is cut off before its end", path.string(), advice);
   if (!IsPicture(bytes)) throw Error(kNoPicture, path.string(), advice);
   const auto check_size = [&](std::uint64_t pixels) {  // a cut JPEG is grey from there on
     if (pixels > 8 * kMostInflated * bytes.size())
       throw Error("the picture file promises more pixels than it can hold", path.string(), advice);
   };
-  check_size(PromisedPixels(path, bytes));       // before OpenCV takes memory for them
+  check_size(header.Pixels());                   // before OpenCV takes memory for them
   ::setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 0);  // OpenCV refuses EXR otherwise
   const cv::Mat encoded(1, int(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
   cv::Mat image;
@@ -254,10 +217,28 @@ Image<std::uint8_t> NotBlack(const Image<float>& values, float black) {
   return mask;
 }
 
+Picture PictureOf(std::vector<Image<float>> planes, const fs::path& path) {
+  if (planes.size() != 1 && planes.size() != 3)
+    throw Error(fmt::format("this picture has {} channels, not 1 or 3", planes.size()), path.string());
+  return {std::move(planes), 1, 32};
+}
+
+// An EXR file whose channels OpenCV does not know; none if it does.
+std::optional<Picture> ReadNamedExr(const fs::path& path) {
+  const std::vector<std::string> names = ExrChannels(path);
+  const auto holds = [&](const char* name) { return std::ranges::find(names, name) != names.end(); };
+  if (holds("Y") || (holds("R") && holds("G") && holds("B"))) return std::nullopt;
+  if (names.size() == 1) return Picture{ReadExrChannels(path, names), 1, 32};
+  throw Error(fmt::format("this EXR file has no picture in grey or colours, its channels are {}",
+                          fmt::join(names, ", ")),
+              path.string(), "Stokes pictures have the channels S0 S1 S2, or S0.R S0.G S0.B and so on");
+}
+
 }  // namespace
 
 bool IsPictureName(const fs::path& path) {
-  static const char* const kExtensions[] = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr"};
+  static const char* const kExtensions[] = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr",
+                                            ".bmp", ".pgm", ".ppm",  ".pnm", ".hdr",  ".npy"};
   return std::ranges::find(kExtensions, LowerExtension(path)) != std::end(kExtensions);
 }
 
@@ -268,6 +249,10 @@ bool IsGrey(const Picture& picture) {
 }
 
 Picture ReadPicture(const fs::path& path) {
+  const std::string extension = LowerExtension(path);
+  if (extension == ".npy") return PictureOf(ReadNpy(path), path);
+  if (extension == ".exr" && fs::exists(path) && fs::file_size(path) > 0)
+    if (std::optional<Picture> picture = ReadNamedExr(path)) return *picture;
   const cv::Mat image = Decode(path);
   Picture picture;
   switch (image.depth()) {

@@ -21,7 +21,8 @@ struct Picture {
   int height() const { return planes.empty() ? 0 : planes[0].height(); }
 };
 
-// True if the file name ends like a picture that ReadPicture knows (png jpg jpeg tif tiff exr; any case).
+// True if the file name ends like a picture that ReadPicture knows (png jpg jpeg tif tiff exr bmp pgm ppm pnm
+// hdr npy; any case).
 bool IsPictureName(const std::filesystem::path& path);
 
 // Throws Error if the file is missing, of another kind, or damaged (a truncated PNG or JPEG is damaged).

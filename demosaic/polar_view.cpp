@@ -3,9 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -230,6 +232,52 @@ PolarView ViewFromAngles(const std::array<const Picture*, 4>& pictures, const Se
            known ? 1 / std::sqrt(double(colours.size())) : 1);
   RaiseNoise(view.stokes, recovered);
   view.redundancy = std::move(redundancy);
+  return view;
+}
+
+PolarView ViewFromPolarizer(const std::vector<Picture>& pictures, const std::vector<double>& angles_deg,
+                            const Sensor& sensor) {
+  const auto count = Eigen::Index(angles_deg.size());
+  Eigen::MatrixX3d light_from_stokes(count, 3);
+  for (Eigen::Index a = 0; a < count; ++a) {
+    const double twice = angles_deg[std::size_t(a)] * std::numbers::pi / 90;
+    light_from_stokes.row(a) << 0.5, std::cos(twice) / 2, std::sin(twice) / 2;
+  }
+  const Eigen::Matrix3d normal = light_from_stokes.transpose() * light_from_stokes;
+  if (pictures.size() != angles_deg.size() || std::abs(normal.determinant()) < 1e-9)
+    throw Error("these polarizer angles do not tell the polarization", "--angles",
+                "Three angles that differ by more than a few degrees are needed, one for each picture");
+  const Eigen::Matrix3d covariance = normal.inverse();  // of S0, S1, S2, for samples of variance 1
+  const Eigen::Matrix3Xd stokes_from_light = covariance * light_from_stokes.transpose();
+  const double gain = std::sqrt((covariance(1, 1) + covariance(2, 2)) / 4);
+
+  PolarView view = EmptyView(pictures[0].width(), pictures[0].height());
+  const std::size_t colours = pictures[0].planes.size();
+  for (std::size_t c = 0; c < colours; ++c) {
+    Image<float> s0(view.stokes.s0.width(), view.stokes.s0.height());
+    for (Eigen::Index a = 0; a < count; ++a) {
+      const Image<float>& counts = pictures[std::size_t(a)].planes[c];
+      const Image<float> light = ToLight(counts, sensor);
+      const Eigen::Vector3f share = stokes_from_light.col(a).cast<float>();
+      for (std::size_t i = 0; i < light.size(); ++i) {
+        s0.pixels()[i] += share[0] * light.pixels()[i];
+        view.stokes.s1.pixels()[i] += share[1] / float(colours) * light.pixels()[i];
+        view.stokes.s2.pixels()[i] += share[2] / float(colours) * light.pixels()[i];
+      }
+      if (sensor.clips) MarkInvalid(view.stokes, Clipped(counts, sensor));
+    }
+    for (std::size_t i = 0; i < s0.size(); ++i) view.stokes.s0.pixels()[i] += s0.pixels()[i] / float(colours);
+    if (colours == 3) view.colour_s0.push_back(std::move(s0));
+  }
+  MarkNonFinite(view.stokes);
+  if (sensor.dn_per_e > 0 && sensor.gamma == 1) {
+    SetNoise(view.stokes, WithRounding(SensorNoise(sensor), sensor.QuantizationNoise()),
+             gain / std::sqrt(double(colours)));
+  } else {
+    const double rounding = sensor.QuantizationNoise() * gain;
+    SetNoise(view.stokes, WithRounding(EstimateNoise(view.stokes, {}, 1), rounding));
+  }
+  view.stokes.s0_noise = std::sqrt(covariance(0, 0)) / gain;
   return view;
 }
 

@@ -38,6 +38,12 @@ PolarView ViewFromLight(const LitMosaic& mosaic, const Sensor& sensor, const Dem
 // From pictures behind polarizers at 0, 45, 90, 135 degrees, grey or colour, all of one size.
 PolarView ViewFromAngles(const std::array<const Picture*, 4>& pictures, const Sensor& sensor);
 
+// From pictures behind a polarizer at three or more other angles, in degrees, by least squares. Where a
+// sample is clipped the pixel is invalid. Of unevenly spread angles `noise` is what makes sd(S1) and sd(S2)
+// right in the mean of their squares. Throws Error if the angles do not tell S0, S1 and S2.
+PolarView ViewFromPolarizer(const std::vector<Picture>& pictures, const std::vector<double>& angles_deg,
+                            const Sensor& sensor);
+
 // From S0, S1, S2 as floating-point pictures, grey or colour. noise: of each pixel, or null to estimate it.
 PolarView ViewFromStokes(const std::array<const Picture*, 3>& pictures, const Image<float>* noise);
 

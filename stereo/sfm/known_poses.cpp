@@ -3,24 +3,40 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <iterator>
 
 #include "core/error.h"
+#include "core/view_name.h"
 #include "stereo/sfm/camera_models.h"
 
 namespace polarscan {
 namespace {
 
-std::map<std::string, const ColmapImage*> ImagesByStem(const SparseModel& given, const std::string& where) {
-  std::map<std::string, const ColmapImage*> images;
-  for (const auto& [id, image] : given.images) {
-    const auto [entry, is_new] = images.emplace(std::filesystem::path(image.name).stem().string(), &image);
-    if (!is_new)
-      throw Error(fmt::format("the images {} and {} of the model have the same stem", entry->second->name,
-                              image.name),
-                  where, "Rename them, so that each name tells which view it is");
-  }
+// Images by every name that their view may have: of images/cam1/0.jpg images-cam1-0, cam1-0, 0.
+using NamedImages = std::multimap<std::string, const ColmapImage*>;
+
+NamedImages ImagesByName(const SparseModel& given) {
+  NamedImages images;
+  for (const auto& [id, image] : given.images)
+    for (std::filesystem::path rest = image.name; !rest.empty();) {
+      images.emplace(ViewName(rest), &image);
+      rest = rest.has_parent_path() ? rest.lexically_relative(*rest.begin()) : std::filesystem::path();
+    }
   return images;
+}
+
+// The one image of that name, or the one whose whole path it is; null: none.
+const ColmapImage* ImageOf(const std::string& view, const NamedImages& images, const std::string& where) {
+  const auto [begin, end] = images.equal_range(view);
+  if (begin == end || std::next(begin) == end) return begin == end ? nullptr : begin->second;
+  const auto whole =
+      std::find_if(begin, end, [&](const auto& image) { return ViewName(image.second->name) == view; });
+  if (whole != end) return whole->second;
+  throw Error(fmt::format("the images {} and {} of the model have the same stem", begin->second->name,
+                          std::next(begin)->second->name),
+              where, "Rename them, so that each name tells which view it is");
 }
 
 [[noreturn]] void ThrowNothingMatches(const SparseModel& given, const std::vector<View>& views,
@@ -60,12 +76,12 @@ std::map<std::uint64_t, ColmapPoint> SelectPoints(const SparseModel& given, cons
 
 SparseModel SelectKnownPoses(const SparseModel& given, const std::vector<View>& views,
                              const std::string& where) {
-  const auto images = ImagesByStem(given, where);
+  const NamedImages images = ImagesByName(given);
   SparseModel kept;
   for (const View& view : views) {
-    const auto found = images.find(view.name);
-    if (found == images.end()) continue;
-    const ColmapImage& image = *found->second;
+    const ColmapImage* found = ImageOf(view.name, images, where);
+    if (!found) continue;
+    const ColmapImage& image = *found;
     const ColmapCamera& camera = given.cameras.at(image.camera_id);
     kept.images[image.id] = AdaptImage(image, camera, view);
     kept.cameras[camera.id] = Resized(camera, view.width, view.height);

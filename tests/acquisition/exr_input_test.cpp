@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "acquisition/input.h"
+#include "core/error.h"
 #include "core/files.h"
 
 namespace polarscan {
@@ -79,6 +80,53 @@ TEST_F(ExrInput, GreyPicturesBehindAPolarizer) {
   EXPECT_EQ(input.sensor.bits, 32);
   EXPECT_FALSE(input.sensor.clips);
   EXPECT_FLOAT_EQ(ReadView(input, 0).pictures[3].planes[0](2, 2), 0.25f);
+}
+
+TEST_F(ExrInput, StokesInTheChannelsOfOneFileAsRenderersWriteThem) {
+  Write("000000.exr", {{"B", 1},
+                       {"G", 1},
+                       {"R", 1},
+                       {"S0.B", 0.1f},
+                       {"S0.G", 0.2f},
+                       {"S0.R", 3.0f},
+                       {"S1.B", -0.1f},
+                       {"S1.G", -0.2f},
+                       {"S1.R", -0.3f},
+                       {"S2.B", 0},
+                       {"S2.G", 0.5f},
+                       {"S2.R", 0},
+                       {"S3.B", 9},
+                       {"S3.G", 9},
+                       {"S3.R", 9}});
+  const Input input = OpenInput(folder_, {});
+  EXPECT_EQ(input.kind, InputKind::kStokes);
+  const LoadedView view = ReadView(input, 0);
+  ASSERT_EQ(view.pictures.size(), 3u);
+  ASSERT_EQ(view.pictures[2].planes.size(), 3u);
+  EXPECT_EQ(view.pictures[0].planes[0](5, 4), 3.0f);
+  EXPECT_EQ(view.pictures[1].planes[2](0, 0), -0.1f);
+  EXPECT_EQ(view.pictures[2].planes[1](3, 3), 0.5f);
+
+  const Input photos = OpenInput(folder_, {.kind = "photos"});
+  ASSERT_EQ(photos.warnings.size(), 1u);
+  EXPECT_NE(photos.warnings[0].find("S0.B, S0.G, S0.R and 9 more"), std::string::npos) << photos.warnings[0];
+
+  Write("000000.exr", {{"S0", 2}, {"S1", 0.5f}, {"S2", -0.5f}, {"S3", 0}});
+  EXPECT_EQ(ReadView(OpenInput(folder_, {}), 0).pictures[2].planes[0](1, 1), -0.5f);
+}
+
+TEST_F(ExrInput, ChannelsThatAreNoPictureAreNamed) {
+  Write("a.exr", {{"S0.R", 2}, {"S1.R", 0.5f}});
+  for (const char* kind : {"auto", "stokes", "photos"}) {
+    try {
+      OpenInput(folder_, {.kind = kind});
+      FAIL() << kind;
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find("its channels are S0.R, S1.R"), std::string::npos)
+          << error.what();
+      EXPECT_NE(std::string(error.what()).find("S0 S1 S2"), std::string::npos) << error.what();
+    }
+  }
 }
 
 }  // namespace

@@ -182,6 +182,54 @@ TEST(Angles, OneClippedPictureOfFourIsRecoveredAndTwoMakeTheirPixelInvalid) {
   EXPECT_NEAR(image.s0(1, 1), 220.0 / 160, 1e-5);
 }
 
+// Noise and values against what the samples were made with.
+TEST(Angles, AnyThreeOrMoreGiveStokesAndTheirNoise) {
+  Sensor sensor;
+  sensor.bits = 16, sensor.white_dn = 65535, sensor.dn_per_e = 5;
+  const double s0 = 0.8, s1 = 0.3, s2 = -0.1;
+  for (const std::vector<double>& angles :
+       {std::vector<double>{0, 60, 120}, {0, 20, 50, 130}, {10, 40, 100}, {0, 36, 72, 108, 144, 180}}) {
+    Random random(7);
+    std::vector<Picture> pictures;
+    for (const double angle : angles) {
+      const double twice = angle * M_PI / 90, light = (s0 + s1 * std::cos(twice) + s2 * std::sin(twice)) / 2;
+      Picture picture{{Image<float>(200, 200)}, 65535, 16};
+      for (float& count : picture.planes[0].pixels()) {
+        const double electrons = light * 65535 / 5;
+        count = float(std::round(5 * (electrons + std::sqrt(electrons) * random.Normal())));
+      }
+      pictures.push_back(std::move(picture));
+    }
+    const StokesImage image = ViewFromPolarizer(pictures, angles, sensor).stokes;
+    const auto moments = [](const Image<float>& values) {
+      double sum = 0, squares = 0;
+      for (const float value : values.pixels()) sum += value, squares += double(value) * value;
+      const double mean = sum / double(values.size());
+      return std::pair(mean, squares / double(values.size()) - mean * mean);
+    };
+    const auto [mean0, variance0] = moments(image.s0);
+    const auto [mean1, variance1] = moments(image.s1);
+    const auto [mean2, variance2] = moments(image.s2);
+    EXPECT_NEAR(mean0, s0, 1e-3);
+    EXPECT_NEAR(mean1, s1, 1e-3);
+    EXPECT_NEAR(mean2, s2, 1e-3);
+    const double noise = image.noise(5, 5);  // its level is the mean one: 20 % where the samples' differ most
+    EXPECT_NEAR(std::sqrt((variance1 + variance2) / 4) / noise, 1, 0.2);
+    EXPECT_NEAR(std::sqrt(variance0) / (image.s0_noise * noise), 1, 0.2);
+  }
+  EXPECT_THROW(ViewFromPolarizer(std::vector<Picture>(3, Picture{{Image<float>(8, 8)}, 65535, 16}),
+                                 {0, 90, 180}, sensor),
+               Error);
+}
+
+TEST(Angles, AClippedSampleBehindThreePolarizersMakesItsPixelInvalid) {
+  std::vector<Picture> pictures(3, Picture{{Image<float>(8, 8, 100)}, 255, 8});
+  pictures[1].planes[0](3, 2) = 255;
+  const StokesImage image = ViewFromPolarizer(pictures, {0, 60, 120}, Sensor()).stokes;
+  EXPECT_TRUE(std::isinf(image.noise(3, 2)));
+  EXPECT_TRUE(std::isfinite(image.noise(4, 2)));
+}
+
 TEST(Stokes, NotANumberIsInvalidAndZero) {
   Picture s0{{Image<float>(5, 5, 1)}, 1, 32}, s1 = s0, s2 = s0;
   s1.planes[0](2, 2) = std::numeric_limits<float>::quiet_NaN();

@@ -9,6 +9,7 @@
 
 #include "fake_colmap.h"
 #include "stereo/sfm/colmap.h"
+#include "stereo/sfm/known_poses.h"
 
 namespace polarscan {
 namespace {
@@ -349,6 +350,22 @@ TEST_F(Sfm, KnownPosesMatchByStemAndNeedNoColmap) {
   ASSERT_EQ(model.images.size(), 10u);
   EXPECT_EQ(model.images.at(13).name, "002.png");
   EXPECT_LT((model.images.at(13).cam_from_world.rotation - views[2].cam_from_world.rotation).norm(), 1e-9);
+}
+
+TEST_F(Sfm, KnownPosesOfPicturesInFoldersMatchTheNamesOfTheirViews) {
+  SparseModel given = Registered(0, 3);
+  given.images[11].name = "cam1/0.jpg";
+  given.images[12].name = "cam2/0.jpg";
+  given.images[13].name = "images/cam3/0.jpg";
+  const auto select = [&](const std::string& name) {
+    return SelectKnownPoses(given, {{name, 120, 100}}, "the model").images.begin()->first;
+  };
+  EXPECT_EQ(select("cam2-0"), 12u);
+  EXPECT_EQ(select("cam3-0"), 13u);
+  EXPECT_EQ(select("images-cam3-0"), 13u);
+  EXPECT_TRUE(Contains(ErrorOf([&] { select("0"); }), "cam1/0.jpg and cam2/0.jpg"));
+  given.images[13].name = "0.jpg";
+  EXPECT_EQ(select("0"), 13u);
 }
 
 TEST_F(Sfm, KnownPosesOfOtherPicturesGiveExamplesOfBothNames) {

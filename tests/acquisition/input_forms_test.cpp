@@ -1,0 +1,354 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstring>
+
+#include "acquisition/input.h"
+#include "core/error.h"
+#include "core/files.h"
+
+namespace polarscan {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kSony = "90 45 / 135 0";
+
+template <class T>
+std::string Bytes(T value) {
+  return {reinterpret_cast<const char*>(&value), sizeof value};
+}
+
+// A page of a TIFF: what every pixel's samples are, 16 bits each.
+struct Page {
+  int width = 8, height = 6;
+  std::vector<std::uint16_t> samples = {100};
+  int photometric = 1;  // 1: grey, 2: RGB
+  bool is_preview = false;
+};
+
+// An uncompressed TIFF as its specification says, written without the library that reads it.
+std::string Tiff(const std::vector<Page>& pages) {
+  std::string file = std::string("II*\0", 4) + Bytes(std::uint32_t(8));
+  for (std::size_t p = 0; p < pages.size(); ++p) {
+    const Page& page = pages[p];
+    std::string pixels;
+    for (int i = 0; i < page.width * page.height; ++i)
+      for (const std::uint16_t sample : page.samples) pixels += Bytes(sample);
+    std::vector<std::pair<int, std::uint32_t>> tags = {{254, page.is_preview ? 1 : 0},
+                                                       {256, std::uint32_t(page.width)},
+                                                       {257, std::uint32_t(page.height)},
+                                                       {258, 16},
+                                                       {259, 1},
+                                                       {262, std::uint32_t(page.photometric)},
+                                                       {273, 0},
+                                                       {277, std::uint32_t(page.samples.size())},
+                                                       {278, std::uint32_t(page.height)},
+                                                       {279, std::uint32_t(pixels.size())}};
+    const std::size_t samples = page.samples.size(), extra = samples - (page.photometric == 2 ? 3 : 1);
+    const std::size_t entries = tags.size() + (extra ? 1 : 0);
+    const auto depths = std::uint32_t(file.size() + 2 + 12 * entries + 4),
+               kinds = std::uint32_t(depths + 2 * samples);
+    const std::uint32_t data = kinds + 2 * std::uint32_t(extra);
+    file += Bytes(std::uint16_t(entries));
+    for (auto [tag, value] : tags) {
+      if (tag == 273) value = data;
+      const std::uint32_t count = tag == 258 ? std::uint32_t(samples) : 1;
+      if (tag == 258 && samples > 2) value = depths;
+      if (tag == 258 && samples == 2) value = 16 | 16 << 16;
+      file +=
+          Bytes(std::uint16_t(tag)) + Bytes(std::uint16_t(tag == 258 ? 3 : 4)) + Bytes(count) + Bytes(value);
+    }
+    if (extra)  // kinds of the extra samples: nothing is said, or opacity
+      file += Bytes(std::uint16_t(338)) + Bytes(std::uint16_t(3)) + Bytes(std::uint32_t(extra)) +
+              (extra > 2 ? Bytes(kinds) : Bytes(std::uint32_t(page.photometric == 2 ? 2 : 0)));
+    file += Bytes(p + 1 < pages.size() ? data + std::uint32_t(pixels.size()) : 0u);
+    for (std::size_t s = 0; s < samples; ++s) file += Bytes(std::uint16_t(16));
+    for (std::size_t s = 0; s < extra; ++s) file += Bytes(std::uint16_t(0));
+    file += pixels;
+  }
+  return file;
+}
+
+// What numpy.save writes.
+template <class T>
+std::string Npy(const std::string& type, const std::string& shape, const std::vector<T>& values) {
+  std::string header = fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': {}, }}", type, shape);
+  header.resize((10 + header.size() + 64) / 64 * 64 - 11, ' ');
+  header += '\n';
+  std::string file = std::string("\x93NUMPY\x01\0", 8) + Bytes(std::uint16_t(header.size())) + header;
+  for (const T value : values) file += Bytes(value);
+  return file;
+}
+
+class InputFormsTest : public testing::Test {
+ protected:
+  InputFormsTest() {
+    folder_ = fs::temp_directory_path() / ("polarscan-forms-" + std::to_string(::getpid()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  ~InputFormsTest() override { fs::remove_all(folder_); }
+
+  void Grey8(const std::string& name, int value = 100, int width = 8, int height = 6) const {
+    WritePng(folder_ / name, Image<std::uint8_t>(width, height, std::uint8_t(value)));
+  }
+  void Colour(const std::string& name) const { WritePng(folder_ / name, Image<Rgb8>(8, 6, {200, 100, 50})); }
+  void File(const std::string& name, const std::string& bytes) const {
+    WriteFileAtomically(folder_ / name, bytes);
+  }
+  Input Open(const InputOptions& options = {}) const { return OpenInput(folder_, options); }
+  Input OpenMosaics() const { return OpenInput(folder_, {.layout = kSony}); }
+  float ValueOf(const Input& input, int view, std::size_t picture = 0, std::size_t plane = 0) const {
+    return ReadView(input, view).pictures.at(picture).planes.at(plane)(1, 2);
+  }
+  std::string Complaint(const InputOptions& options = {}) const {
+    try {
+      const Input input = Open(options);
+      for (int view = 0; view < int(input.views.size()); ++view) ReadView(input, view);
+      return "";
+    } catch (const Error& error) {
+      return error.what();
+    }
+  }
+
+  fs::path folder_;
+};
+
+bool Holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+#define EXPECT_HOLDS(text, part) EXPECT_PRED2(Holds, text, part)
+
+std::vector<std::string> ViewNames(const Input& input) {
+  std::vector<std::string> names;
+  for (const InputView& view : input.views) names.push_back(view.name);
+  return names;
+}
+
+std::string Joined(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += line + "\n";
+  return text;
+}
+
+using Names = std::vector<std::string>;
+
+TEST_F(InputFormsTest, BmpAndPgmOf8And16BitsAreRead) {
+  std::string rows;
+  for (int y = 0; y < 6; ++y) rows += std::string(8 * 3, char(90));  // 8 pixels of 3 bytes: no padding
+  File("mosaic/a.bmp", "BM" + Bytes(std::uint32_t(54 + rows.size())) + Bytes(0u) + Bytes(54u) + Bytes(40u) +
+                           Bytes(8) + Bytes(6) + Bytes(std::uint16_t(1)) + Bytes(std::uint16_t(24)) +
+                           Bytes(0u) + Bytes(std::uint32_t(rows.size())) + Bytes(2835) + Bytes(2835) +
+                           Bytes(0u) + Bytes(0u) + rows);
+  File("mosaic/b.pgm", "P5\n# from a camera\n8 6\n255\n" + std::string(48, char(91)));
+  const Input input = OpenMosaics();
+  EXPECT_EQ(ViewNames(input), (Names{"a", "b"}));
+  EXPECT_EQ(ValueOf(input, 0), 90);
+  EXPECT_EQ(ValueOf(input, 1), 91);
+  EXPECT_TRUE(input.warnings.empty()) << Joined(input.warnings);
+
+  fs::remove_all(folder_ / "mosaic");
+  std::string deep;
+  for (int i = 0; i < 48; ++i) deep += "\x0F\xA0";  // 4000, the high byte first
+  File("c.pgm", "P5 8 6 65535\n" + deep);
+  const Input of_16 = OpenInput(folder_, {.layout = kSony, .bits = 12});
+  EXPECT_EQ(ValueOf(of_16, 0), 4000);
+  File("c.pgm", "P5 8 6 65535\n" + deep.substr(1));
+  EXPECT_HOLDS(Complaint({.layout = kSony, .bits = 12}), "cut off");
+}
+
+TEST_F(InputFormsTest, EveryPageOfATiffIsAMosaicOfItsOwn) {
+  std::vector<Page> pages;
+  for (int k = 0; k < 5; ++k) pages.push_back({8, 6, {std::uint16_t(100 + k)}});
+  pages.push_back({4, 3, {7}, 1, true});  // a preview counts as none
+  File("mosaic/run.tif", Tiff(pages));
+  const Input input = OpenInput(folder_, {.layout = kSony, .bits = 12});
+  EXPECT_EQ(ViewNames(input), (Names{"run-000", "run-001", "run-002", "run-003", "run-004"}));
+  for (int k = 0; k < 5; ++k) EXPECT_EQ(ValueOf(input, k), 100 + k);
+  EXPECT_HOLDS(Joined(input.notes), "run.tif has 5 pages");
+
+  pages[3].height = 4;
+  File("mosaic/run.tif", Tiff(pages));
+  EXPECT_HOLDS(Complaint({.layout = kSony, .bits = 12}), "page 3");
+}
+
+TEST_F(InputFormsTest, ATiffWithAChannelOrPageAnAngleIsNeverTakenForAMosaic) {
+  const InputOptions mosaics = {.layout = kSony, .bits = 12};
+  File("a.tif", Tiff({{8, 6, {10, 45, 90, 135}}}));
+  EXPECT_HOLDS(Complaint(mosaics), "--input-kind angles");
+  EXPECT_HOLDS(Complaint({.kind = "mosaic", .layout = kSony, .bits = 12}), "--input-kind angles");
+  const Input channels = Open({.kind = "angles", .bits = 12});
+  EXPECT_EQ(ReadView(channels, 0).pictures.size(), 4u);
+  EXPECT_EQ(ValueOf(channels, 0, 2), 90);
+  EXPECT_HOLDS(Joined(channels.notes), "0 45 90 135");
+
+  for (int i = 0; i < 4; ++i) fs::copy_file(folder_ / "a.tif", folder_ / fmt::format("{}.tif", i));
+  EXPECT_EQ(Open({.kind = "angles", .bits = 12}).views.size(), 5u);  // the name 0 is no angle here
+  for (int i = 0; i < 4; ++i) fs::remove(folder_ / fmt::format("{}.tif", i));
+
+  File("a.tif", Tiff({{8, 6, {10}}, {8, 6, {45}}, {8, 6, {90}}, {8, 6, {135}}}));
+  EXPECT_HOLDS(Complaint(mosaics), "--input-kind angles");
+  EXPECT_EQ(ValueOf(Open({.kind = "angles", .bits = 12}), 0, 1), 45);
+  EXPECT_EQ(OpenInput(folder_, {.kind = "mosaic", .layout = kSony, .bits = 12}).views.size(), 4u);
+
+  File("a.tif", Tiff({{8, 6, {10, 45, 90, 135}, 2}}));  // red, green, blue, opacity
+  EXPECT_HOLDS(Complaint({.kind = "angles", .bits = 12}), "marked as red, green, blue");
+  EXPECT_EQ(ValueOf(Open({.kind = "angles", .bits = 12, .angles = "90,45,0,135"}), 0, 3), 135);
+  EXPECT_EQ(Open({.kind = "photos"}).views.size(), 1u);
+}
+
+TEST_F(InputFormsTest, PicturesInFoldersAreOneSet) {
+  Colour("images/cam1/0.png");
+  Colour("images/cam2/0.png");
+  Colour("images/1.png");
+  Grey8("masks/cam2/0.png", 255);
+  const Input input = Open();
+  EXPECT_EQ(ViewNames(input), (Names{"1", "cam1-0", "cam2-0"}));
+  EXPECT_TRUE(input.views[2].mask);
+  EXPECT_FALSE(input.views[1].mask);
+  Colour("images/cam2-0.png");
+  EXPECT_HOLDS(Complaint(), "two pictures have the same name");
+}
+
+TEST_F(InputFormsTest, FoldersOfSeveralInputsAreNotMixedUpAsPhotos) {
+  for (const char* day : {"day1", "day2"})
+    for (const char* angle : {"I-00", "I-45", "I-90", "I-135"}) Grey8(fmt::format("{}/{}/a.png", day, angle));
+  EXPECT_HOLDS(Complaint(), "there are no pictures here");
+  EXPECT_HOLDS(Complaint(), "day1/I-00/");
+}
+
+TEST_F(InputFormsTest, WhatIsNotTakenIsNamedOnceAKind) {
+  Grey8("mosaic/a.png");
+  Grey8("mosaic/b.png");
+  for (int i = 0; i < 5; ++i) File(fmt::format("mosaic/{}.raw", i), "counts");
+  File("IMG_1.HEIC", "ftypheic");
+  Grey8("rejected/c.png");
+  for (const char* name :
+       {"README.md", "notes.txt", "Thumbs.db", ".DS_Store", "preview.png", "truth/depth.png", "masks/a.png"})
+    File(name, "");
+  Grey8("masks/a.png", 255);
+  fs::create_directories(folder_ / "sparse");
+  const std::vector<std::string> warnings = OpenMosaics().warnings;
+  ASSERT_EQ(warnings.size(), 3u) << Joined(warnings);
+  EXPECT_HOLDS(Joined(warnings),
+               "5 .raw files are not read (mosaic/0.raw, mosaic/1.raw, mosaic/2.raw and 2 more)");
+  EXPECT_HOLDS(Joined(warnings), "1 .HEIC file is not read (IMG_1.HEIC): convert");
+  EXPECT_HOLDS(Joined(warnings), "1 picture in rejected/ is not used (c.png)");
+}
+
+TEST_F(InputFormsTest, WhereNothingIsTakenTheErrorSaysWhatLiesThere) {
+  for (int i = 0; i < 4; ++i) File(fmt::format("photos/{}.HEIC", i), "ftypheic");
+  EXPECT_HOLDS(Complaint(), "4 .HEIC files are not read");
+  EXPECT_HOLDS(Complaint(), "JPEG");
+  fs::rename(folder_ / "photos", folder_ / "mosaic");
+  EXPECT_HOLDS(Complaint({.layout = kSony}), "4 .HEIC files are not read");
+}
+
+TEST_F(InputFormsTest, AnyThreeAnglesByFolderOrName) {
+  const auto check = [&](const InputOptions& options, const std::vector<double>& angles,
+                         const std::string& name) {
+    const Input input = Open(options);
+    EXPECT_EQ(input.kind, InputKind::kAngles);
+    EXPECT_EQ(input.angles, angles);
+    EXPECT_EQ(ViewNames(input), Names{name});
+    for (std::size_t i = 0; i < angles.size(); ++i) EXPECT_EQ(ValueOf(input, 0, i), float(100 + angles[i]));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  };
+  for (const int angle : {0, 60, 120}) Grey8(fmt::format("I-{:03}/a.png", angle), 100 + angle);
+  check({}, {0, 60, 120}, "a");
+  for (const int angle : {10, 40, 100}) Grey8(fmt::format("{}/a.png", angle), 100 + angle);
+  check({.angles = "10,40,100"}, {10, 40, 100}, "a");
+  for (const int angle : {0, 60, 120}) Grey8(fmt::format("cup_{}.png", angle), 100 + angle);
+  check({.angles = "120, 60, 0"}, {0, 60, 120}, "cup");
+  for (const int angle : {0, 60, 120}) Grey8(fmt::format("cup-{:03}deg.png", angle), 100 + angle);
+  check({.angles = "0 60 120"}, {0, 60, 120}, "cup");
+  for (const int angle : {0, 45, 90, 135}) Grey8(fmt::format("cup_{}.png", angle), 100 + angle);
+  check({}, {0, 45, 90, 135}, "cup");
+
+  for (const int angle : {0, 60}) Grey8(fmt::format("{}/a.png", angle));
+  EXPECT_HOLDS(Complaint({.angles = "0,60,120"}), "the folder of the angle 120 is missing");
+  EXPECT_HOLDS(Complaint({.angles = "0,60"}), "three different");
+  EXPECT_HOLDS(Complaint({.angles = "0,90,180"}), "three different");
+  EXPECT_HOLDS(Complaint({.angles = "0,sixty,120"}), "no list of angles");
+}
+
+TEST_F(InputFormsTest, StokesAsSumsThatHoldNoSigns) {
+  const auto radiance = [](unsigned char mantissa) {  // red, green, blue = mantissa / 256
+    std::string pixels;
+    for (int i = 0; i < 6 * 5; ++i) pixels += std::string(3, char(mantissa)) + char(128);
+    return "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 5 +X 6\n" + pixels;
+  };
+  File("01_s0.hdr", radiance(200));
+  File("01_s0p1.hdr", radiance(150));
+  File("01_s0p2.hdr", radiance(220));
+  const Input input = Open();
+  EXPECT_EQ(input.kind, InputKind::kStokes);
+  EXPECT_EQ(ViewNames(input), Names{"01"});
+  EXPECT_NEAR(ValueOf(input, 0, 1), -50 / 256.0, 0.003);
+  EXPECT_NEAR(ValueOf(input, 0, 2), 20 / 256.0, 0.003);
+}
+
+TEST_F(InputFormsTest, StokesAsNumpyArrays) {
+  const std::vector<std::uint16_t> halves(48, 0xB800);  // -0.5
+  File("s0/a.npy", Npy("<f4", "(6, 8)", std::vector<float>(48, 2)));
+  File("s1/a.npy", Npy("<f2", "(6, 8)", halves));
+  File("s2/a.npy", Npy("<f8", "(6, 8, 1)", std::vector<double>(48, 0.25)));
+  const Input input = Open();
+  EXPECT_EQ(input.kind, InputKind::kStokes);
+  EXPECT_EQ(ValueOf(input, 0, 0), 2);
+  EXPECT_EQ(ValueOf(input, 0, 1), -0.5f);
+  EXPECT_EQ(ValueOf(input, 0, 2), 0.25f);
+  File("s2/a.npy", Npy("<f8", "(6, 8, 1)", std::vector<double>(40, 0.25)));
+  EXPECT_HOLDS(Complaint(), "cut off");
+  File("s2/a.npy", Npy("<i8", "(6, 8)", std::vector<double>(48, 0.25)));
+  EXPECT_HOLDS(Complaint(), "<i8");
+  File("s2/a.npy", Npy("<f8", "(6, 8, 2, 4)", std::vector<double>(400, 0.25)));
+  EXPECT_HOLDS(Complaint(), "(6, 8, 2, 4)");
+}
+
+TEST_F(InputFormsTest, PicturesOfOneSetThatAreUnlikeAreNamed) {
+  for (const char* name : {"a", "b", "c"})
+    WritePng(folder_ / "mosaic" / (std::string(name) + ".png"), Image<std::uint16_t>(8, 6, 300));
+  Grey8("mosaic/d.png");
+  EXPECT_HOLDS(Complaint({.layout = kSony, .bits = 12}),
+               "3 of them have 16 bits, 1 has 8 bits (mosaic/d.png)");
+  WritePng(folder_ / "mosaic/d.png", Image<std::uint16_t>(6, 8, 300));
+  EXPECT_HOLDS(Complaint({.layout = kSony, .bits = 12}), "were turned");
+  EXPECT_HOLDS(Complaint({.layout = kSony, .bits = 12}), "1 has 6x8 pixels (mosaic/d.png)");
+  WritePng(folder_ / "mosaic/d.png", Image<std::uint16_t>(8, 4, 300));
+  const Input input = OpenInput(folder_, {.layout = kSony, .bits = 12});
+  EXPECT_HOLDS(Joined(input.warnings), "1 has 8x4 pixels (mosaic/d.png)");
+
+  fs::remove_all(folder_ / "mosaic");
+  Colour("photos/a.png");
+  Colour("photos/b.png");
+  Grey8("photos/c.png");
+  EXPECT_HOLDS(Joined(Open().warnings), "2 of them have colours, 1 has grey values (photos/c.png)");
+}
+
+TEST_F(InputFormsTest, SeveralFoldersAreOneSetAndEachMeansWhatItSays) {
+  Grey8("monday/mosaic/a.png", 10);
+  Grey8("tuesday/mosaic/a.png", 20);
+  Grey8("tuesday/mosaic/b.png", 30);
+  File("monday/set.json", R"({"sensor": {"layout": "90 45 / 135 0", "black_dn": 5}})");
+  File("tuesday/set.json", R"({"sensor": {"layout": "0 45 / 135 90"}})");
+  fs::create_directories(folder_ / "monday/sparse");
+  const Input input = OpenInputs({folder_ / "monday", folder_ / "tuesday"}, {});
+  EXPECT_EQ(ViewNames(input), (Names{"monday-a", "tuesday-a", "tuesday-b"}));
+  EXPECT_EQ(ValueOf(input, 1), 20);
+  EXPECT_EQ(ReadView(input, 2).name, "tuesday-b");
+  EXPECT_EQ(input.Source(0).first->sensor.black_dn, 5);
+  EXPECT_EQ(input.Source(2).first->sensor.layout, ParseLayout("0 45 / 135 90"));
+  EXPECT_EQ(input.Source(2).second, 1);
+  EXPECT_FALSE(input.known_model);
+  EXPECT_HOLDS(Joined(input.warnings), "known poses");
+  EXPECT_NE(Meaning(input), Meaning(OpenInputs({folder_ / "tuesday", folder_ / "monday"}, {})));
+
+  Colour("photos/c.png");
+  EXPECT_THROW(OpenInputs({folder_ / "monday", folder_ / "photos"}, {}), Error);
+}
+
+}  // namespace
+}  // namespace polarscan
