@@ -29,9 +29,11 @@ void SyncPath(const std::filesystem::path& path, int flags) {
   if (result != 0) ThrowSystemError("cannot write to the disk", path);
 }
 
+// Nothing but what is hidden, and folders of that kind.
 bool HoldsNothing(const std::filesystem::path& folder) {
   return std::ranges::all_of(std::filesystem::directory_iterator(folder), [](const auto& entry) {
-    return entry.path().filename().string().starts_with('.');
+    const bool is_folder = entry.is_directory() && !entry.is_symlink();
+    return entry.path().filename().string().starts_with('.') || (is_folder && HoldsNothing(entry.path()));
   });
 }
 

@@ -209,7 +209,7 @@ Image<std::uint8_t> NotBlack(const Image<float>& values, float black) {
   const auto above = [&](float limit) {
     return std::ranges::count_if(values.pixels(), [&](float value) { return value > limit; });
   };
-  if (HoldsMoreValuesThan(kMostLabels, values) && 4 * above(0.9f * brightest) > 3 * above(least))
+  if (HoldsMoreValuesThan(kMostLabels, values) && 2 * above(0.9f * brightest) > above(least))
     least = brightest / 2;
   Image<std::uint8_t> mask(values.width(), values.height());
   std::ranges::transform(values.pixels(), mask.pixels().begin(),

@@ -32,9 +32,8 @@ Picture ReadPicture(const std::filesystem::path& path);
 bool IsGrey(const Picture& picture);
 
 // A mask: 255 where the file is not black, else 0, whatever its depth and colours. Where a part of it is
-// transparent, what is not transparent counts instead. Soft masks (more than 16 values, three quarters of the
-// object near the brightest one) are cut at half of the brightest value; in JPEG files values up to 16 are
-// black.
+// transparent, what is not transparent counts instead. Soft masks (more than 16 values, most of the object
+// near the brightest one) are cut at half of the brightest value; in JPEG files values up to 16 are black.
 Image<std::uint8_t> ReadMask(const std::filesystem::path& path);
 
 // The same from a picture's alpha; empty where it hides nothing or everything.
