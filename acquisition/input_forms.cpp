@@ -118,7 +118,9 @@ std::vector<InputView> ListAngles(const std::string& given, Input& input) {
     }
     return JoinFolders(in_order, input.folder);
   }
-  const PictureFiles files = ListPictures(input.folder);
+  PictureFiles files = ListPictures(input.folder);
+  for (const char* name : {"mosaic", "images", "photos"})
+    if (files.empty() && fs::is_directory(input.folder / name)) files = ListPictures(input.folder / name);
   const std::vector<PictureFiles> split = SplitByAngle(files, input.angles);
   const bool are_named = std::ranges::any_of(split, [](const PictureFiles& of) { return !of.empty(); });
   if (!are_named || IsStackOf(input.angles.size(), files.begin()->second))

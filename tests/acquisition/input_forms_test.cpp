@@ -132,7 +132,7 @@ std::string Joined(const std::vector<std::string>& lines) {
   return text;
 }
 
-using Names = std::vector<std::string>;
+using NameList = std::vector<std::string>;
 
 TEST_F(InputFormsTest, BmpAndPgmOf8And16BitsAreRead) {
   std::string rows;
@@ -143,7 +143,7 @@ TEST_F(InputFormsTest, BmpAndPgmOf8And16BitsAreRead) {
                            Bytes(0u) + Bytes(0u) + rows);
   File("mosaic/b.pgm", "P5\n# from a camera\n8 6\n255\n" + std::string(48, char(91)));
   const Input input = OpenMosaics();
-  EXPECT_EQ(ViewNames(input), (Names{"a", "b"}));
+  EXPECT_EQ(ViewNames(input), (NameList{"a", "b"}));
   EXPECT_EQ(ValueOf(input, 0), 90);
   EXPECT_EQ(ValueOf(input, 1), 91);
   EXPECT_TRUE(input.warnings.empty()) << Joined(input.warnings);
@@ -164,7 +164,7 @@ TEST_F(InputFormsTest, EveryPageOfATiffIsAMosaicOfItsOwn) {
   pages.push_back({4, 3, {7}, 1, true});  // a preview counts as none
   File("mosaic/run.tif", Tiff(pages));
   const Input input = OpenInput(folder_, {.layout = kSony, .bits = 12});
-  EXPECT_EQ(ViewNames(input), (Names{"run-000", "run-001", "run-002", "run-003", "run-004"}));
+  EXPECT_EQ(ViewNames(input), (NameList{"run-000", "run-001", "run-002", "run-003", "run-004"}));
   for (int k = 0; k < 5; ++k) EXPECT_EQ(ValueOf(input, k), 100 + k);
   EXPECT_HOLDS(Joined(input.notes), "run.tif has 5 pages");
 
@@ -187,6 +187,12 @@ TEST_F(InputFormsTest, ATiffWithAChannelOrPageAnAngleIsNeverTakenForAMosaic) {
   EXPECT_EQ(Open({.kind = "angles", .bits = 12}).views.size(), 5u);  // the name 0 is no angle here
   for (int i = 0; i < 4; ++i) fs::remove(folder_ / fmt::format("{}.tif", i));
 
+  fs::create_directories(folder_ / "mosaic");  // where the error that names --input-kind angles was met
+  fs::rename(folder_ / "a.tif", folder_ / "mosaic/a.tif");
+  EXPECT_HOLDS(Complaint(mosaics), "--input-kind angles");
+  EXPECT_EQ(ValueOf(Open({.kind = "angles", .bits = 12}), 0, 3), 135);
+  fs::remove_all(folder_ / "mosaic");
+
   File("a.tif", Tiff({{8, 6, {10}}, {8, 6, {45}}, {8, 6, {90}}, {8, 6, {135}}}));
   EXPECT_HOLDS(Complaint(mosaics), "--input-kind angles");
   EXPECT_EQ(ValueOf(Open({.kind = "angles", .bits = 12}), 0, 1), 45);
@@ -204,7 +210,7 @@ TEST_F(InputFormsTest, PicturesInFoldersAreOneSet) {
   Colour("images/1.png");
   Grey8("masks/cam2/0.png", 255);
   const Input input = Open();
-  EXPECT_EQ(ViewNames(input), (Names{"1", "cam1-0", "cam2-0"}));
+  EXPECT_EQ(ViewNames(input), (NameList{"1", "cam1-0", "cam2-0"}));
   EXPECT_TRUE(input.views[2].mask);
   EXPECT_FALSE(input.views[1].mask);
   Colour("images/cam2-0.png");
@@ -251,7 +257,7 @@ TEST_F(InputFormsTest, AnyThreeAnglesByFolderOrName) {
     const Input input = Open(options);
     EXPECT_EQ(input.kind, InputKind::kAngles);
     EXPECT_EQ(input.angles, angles);
-    EXPECT_EQ(ViewNames(input), Names{name});
+    EXPECT_EQ(ViewNames(input), NameList{name});
     for (std::size_t i = 0; i < angles.size(); ++i) EXPECT_EQ(ValueOf(input, 0, i), float(100 + angles[i]));
     fs::remove_all(folder_);
     fs::create_directories(folder_);
@@ -285,7 +291,7 @@ TEST_F(InputFormsTest, StokesAsSumsThatHoldNoSigns) {
   File("01_s0p2.hdr", radiance(220));
   const Input input = Open();
   EXPECT_EQ(input.kind, InputKind::kStokes);
-  EXPECT_EQ(ViewNames(input), Names{"01"});
+  EXPECT_EQ(ViewNames(input), NameList{"01"});
   EXPECT_NEAR(ValueOf(input, 0, 1), -50 / 256.0, 0.003);
   EXPECT_NEAR(ValueOf(input, 0, 2), 20 / 256.0, 0.003);
 }
@@ -336,7 +342,7 @@ TEST_F(InputFormsTest, SeveralFoldersAreOneSetAndEachMeansWhatItSays) {
   File("tuesday/set.json", R"({"sensor": {"layout": "0 45 / 135 90"}})");
   fs::create_directories(folder_ / "monday/sparse");
   const Input input = OpenInputs({folder_ / "monday", folder_ / "tuesday"}, {});
-  EXPECT_EQ(ViewNames(input), (Names{"monday-a", "tuesday-a", "tuesday-b"}));
+  EXPECT_EQ(ViewNames(input), (NameList{"monday-a", "tuesday-a", "tuesday-b"}));
   EXPECT_EQ(ValueOf(input, 1), 20);
   EXPECT_EQ(ReadView(input, 2).name, "tuesday-b");
   EXPECT_EQ(input.Source(0).first->sensor.black_dn, 5);
