@@ -205,7 +205,7 @@ OptionTable FramesTable(InputOptions& options) {
   OptionTable table = Table(options);
   std::erase_if(table, [](const Option& row) {
     return row.name == "calibration" || row.name == "aop-sense" || row.name == "aop-scale" ||
-           row.name == "gamma";
+           row.name == "gamma" || row.name == "angles";
   });
   return table;
 }

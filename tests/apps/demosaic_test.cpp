@@ -174,6 +174,29 @@ TEST_F(DemosaicCommand, OverwritesNeitherItsInputNorAnyFilesButItsOwn) {
   EXPECT_EQ(ReadFile(Views() / "b.png"), "mine, among the views");
 }
 
+TEST_F(DemosaicCommand, NoCommandWritesIntoAFolderOfOtherFiles) {
+  const std::string mosaics = (folder_ / "mosaics").string(), foreign = (folder_ / "foreign").string();
+  WritePng(folder_ / "mosaics/mosaic/a.png", Image<std::uint8_t>(40, 32, 9));
+  WriteFileAtomically(folder_ / "mosaics/set.json", R"({"sensor": {"layout": "90 45 / 135 0"}})");
+  WriteFileAtomically(folder_ / "foreign/thesis.txt", "irreplaceable");
+  WriteFileAtomically(folder_ / "foreign/set.json", R"({"renderer": "another"})");
+  const auto before = Contents(folder_.path());
+  for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{
+           {"simulate", "--width", "32", "--height", "32", "--rings", "30:1"},
+           {"capture", "--camera", "simulated", "--frames", "1", "--set", "width=32", "--set", "height=32"},
+           {"import", mosaics},
+           {"demosaic", mosaics},
+           {"calibrate", "dark", mosaics},
+           {"reconstruct", mosaics}}) {
+    std::vector<std::string> arguments = command;
+    arguments.insert(arguments.end(), {"-o", foreign});
+    const Outcome outcome = RunPolarscan(arguments);
+    EXPECT_EQ(outcome.exit_code, kFailed) << command[0] << outcome.err;
+    EXPECT_NE(outcome.err.find(foreign), std::string::npos) << outcome.err;
+    EXPECT_TRUE(Contents(folder_.path()) == before) << command[0];
+  }
+}
+
 TEST_F(DemosaicCommand, ViewsWithLessThanNoLightAreNamed) {
   WriteAngles("a", 0.8, 0.3, -0.1);
   WriteAngles("b", 0.02, 0, 0);
