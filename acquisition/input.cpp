@@ -7,11 +7,13 @@
 #include <set>
 
 #include "acquisition/input_forms.h"
+#include "acquisition/input_masks.h"
 #include "acquisition/input_options.h"
 #include "acquisition/input_shot.h"
 #include "acquisition/input_untaken.h"
 #include "acquisition/session/session_views.h"
 #include "core/error.h"
+#include "core/picture_tags.h"
 
 namespace polarscan {
 namespace {
@@ -151,11 +153,14 @@ void LookAtFiles(Input& input) {
   for (const std::string& odd : Differences(input)) input.warnings.push_back(odd);
 }
 
-void AddNotes(Input& input, const InputOptions& options) {
+void AddNotes(Input& input, const InputOptions& options, const Picture& first) {
   const auto without = std::ranges::count_if(input.views, [](const InputView& view) { return !view.mask; });
   if (without > 0 && std::size_t(without) < input.views.size())
     input.notes.push_back(fmt::format("{} of {} views have no mask; there the whole picture counts as object",
                                       without, input.views.size()));
+  if (!MaskFromAlpha(first).empty())
+    input.notes.push_back(without > 0 ? "what is transparent in the pictures counts as their mask"
+                                      : "the pictures' transparency is not used, since there are masks");
   if (!input.polarized())
     input.notes.push_back("plain photos: no polarization is known, so stereo goes by the intensity alone");
   if (!input.views[0].exposures.empty())
@@ -166,6 +171,50 @@ void AddNotes(Input& input, const InputOptions& options) {
   if (input.kind == InputKind::kRgbAopDop && options.aop_sense == "auto")
     input.notes.push_back(
         "angles of polarization are taken as anticlockwise from +x (--aop-sense clockwise if they are not)");
+}
+
+// Counts that are taken as linear in light though their file says that they are not, or cannot say.
+void WarnOfEncoding(Input& input, const InputOptions& options, const Picture& first) {
+  const bool counts = !input.session && input.kind != InputKind::kStokes && first.bits < 32;
+  if (!counts || input.sensor.gamma != 1 || options.gamma > 0) return;
+  const std::vector<fs::path>& files = input.views[0].files;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    if (!ReadPictureTags(files[i]).encoded) continue;
+    const bool is_light = input.kind != InputKind::kRgbAopDop || i == 0;
+    return input.warnings.push_back(
+        fmt::format("{} says that its values are coded for showing (sRGB, a gamma or a profile), and they "
+                    "are taken as they are: {}",
+                    files[i].string(),
+                    is_light ? "give --gamma 2.2, or --gamma 1 if they are linear in light all the same"
+                             : "angles and degrees of polarization must be saved linear"));
+  }
+  if (first.bits == 8 && input.kind != InputKind::kMosaic && !IsJpeg(files[0]))
+    input.notes.push_back(
+        "these 8-bit pictures do not say whether they are linear in light; they are taken as such (--gamma "
+        "2.2 if "
+        "they are not)");
+}
+
+void AddWarnings(Input& input, const InputOptions& options, const Picture& first) {
+  WarnOfEncoding(input, options, first);
+  if (first.bits == 8 && options.bits > 8 && !input.session)
+    input.warnings.push_back(fmt::format(
+        "these pictures hold 8 bits, not {} as --bits or set.json says; they are taken as 8 bits. Save "
+        "the camera's counts in 16-bit files to keep them all",
+        options.bits));
+  if (first.bits == 8 && input.sensor.white_dn > 255)
+    input.warnings.push_back(fmt::format(
+        "no count of these 8-bit pictures reaches the white level {:g}, so all of them come out dark: "
+        "check --white-level and set.json",
+        input.sensor.white_dn));
+  if (input.kind != InputKind::kRgbAopDop) return;
+  const auto jpegs =
+      std::ranges::count_if(input.views, [](const InputView& view) { return IsJpeg(view.files[1]); });
+  if (jpegs > 0)
+    input.warnings.push_back(fmt::format(
+        "{} of {} pictures in aop/ are JPEG, which blends 0 with 180 degrees and neighbours with each "
+        "other: the angles are wrong there. Save them as PNG or TIFF",
+        jpegs, input.views.size()));
 }
 
 void SetCalibration(Input& input, std::shared_ptr<const Calibration> calibration) {
@@ -226,8 +275,8 @@ Input OpenInput(const fs::path& folder, const InputOptions& given, Progress& pro
   Input input;
   input.folder = folder;
   IsSession(folder) ? OpenSessionInput(input, progress) : OpenPictures(input, options);
-  FindMasks(folder, input.views);
-  if (!input.session) LookAtFiles(input);
+  FindMasks(input);
+  if (!input.session && !IsViewFolder(folder)) LookAtFiles(input);
   if (fs::is_directory(folder / "sparse")) input.known_model = folder / "sparse";
   input.clockwise = options.aop_sense == "clockwise";
   if (input.clockwise && input.kind == InputKind::kMosaic)
@@ -239,7 +288,8 @@ Input OpenInput(const fs::path& folder, const InputOptions& given, Progress& pro
   SetSensor(input, options, first);
   FindSaturation(input, options, progress);
   SetCalibration(input, std::move(calibration));
-  AddNotes(input, options);
+  AddNotes(input, options, first);
+  AddWarnings(input, options, first);
   ReadView(input, 0);  // what does not fit together should show now
   return input;
 }

@@ -66,8 +66,10 @@ struct InputView {
 //   rgb/ aop/ dop/ NAME.*              intensity, angle and degree of polarization
 //   session.json, segments/            a recorded session: mosaics, one view a shot (docs/capture.md)
 //   NAME.jpg                           photos without polarization; flat or in photos/ or images/
+//   views.json NAME.tif                a folder that polarscan demosaic made: Stokes, or photos if it says so
 // where pictures may lie in folders (cam1/NAME.jpg), a TIFF may hold many mosaics or photos on its pages,
-// and beside them masks/NAME.* (255 = object), sparse/ (COLMAP model with known poses) and set.json.
+// and beside them masks/NAME.* (not black = object; input_masks.h), sparse/ (COLMAP model with known poses)
+// and set.json. Pictures of which a part is transparent bring their own mask where there is no other.
 struct Input {
   std::filesystem::path folder;
   InputKind kind = InputKind::kPhotos;

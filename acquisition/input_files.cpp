@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/input_files.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -53,6 +53,19 @@ void AddPictures(const fs::path& folder, const fs::path& top, int depth, Picture
   }
 }
 
+// The stem without ".mask", "_mask" or "-mask" at its end (any case); empty if it has none.
+std::string WithoutMaskEnding(const std::string& stem) {
+  const std::string lower = LowerCase(stem);
+  for (const char* ending : {".mask", "_mask", "-mask"})
+    if (lower.ends_with(ending)) return stem.substr(0, stem.size() - 5);
+  return "";
+}
+
+// "a.png" to "a".
+std::string WithoutPictureEnding(const std::string& name) {
+  return IsPictureName(name) ? fs::path(name).stem().string() : name;
+}
+
 }  // namespace
 
 std::string LowerCase(std::string text) {
@@ -60,10 +73,39 @@ std::string LowerCase(std::string text) {
   return text;
 }
 
-PictureFiles ListPictures(const fs::path& folder) {
+PictureFiles ListPictureFiles(const fs::path& folder) {
   PictureFiles files;
   AddPictures(folder, folder, 0, files);
   return files;
+}
+
+PictureFiles ListPictures(const fs::path& folder) {
+  PictureFiles files = ListPictureFiles(folder);
+  for (const auto& [stem, path] : MasksAmong(files)) files.erase(stem);
+  return files;
+}
+
+PictureFiles MasksAmong(const PictureFiles& files) {
+  PictureFiles masks;
+  for (const auto& [stem, path] : files)
+    if (const std::string name = WithoutMaskEnding(stem);
+        files.contains(name) || files.contains(WithoutPictureEnding(name)))
+      masks.emplace(stem, path);
+  return masks;
+}
+
+std::vector<std::string> NamesBehindMask(const std::string& stem) {
+  std::vector<std::string> names = {stem, WithoutPictureEnding(stem)};
+  if (const std::string name = WithoutMaskEnding(stem); !name.empty())
+    names.insert(names.end(), {name, WithoutPictureEnding(name)});
+  return names;
+}
+
+std::string FirstOf(const std::vector<std::string>& names) {
+  constexpr std::size_t kShown = 5;
+  const std::size_t shown = std::min(names.size(), kShown);
+  const std::string more = shown < names.size() ? fmt::format(" and {} more", names.size() - shown) : "";
+  return fmt::format("{}{}", fmt::join(names.begin(), names.begin() + std::ptrdiff_t(shown), ", "), more);
 }
 
 std::map<std::string, fs::path> ListFolders(const fs::path& folder) {

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <vector>
 
 namespace polarscan {
 
@@ -11,7 +12,18 @@ using PictureFiles = std::map<std::string, std::filesystem::path>;  // by name, 
 // The pictures of a folder and of the folders in it, by the views' names (core/view_name.h). Not looked at
 // are hidden files and folders that mean something else: masks/, truth/, I-45/, a scan and the like. Throws
 // Error if two have the same name.
+PictureFiles ListPictureFiles(const std::filesystem::path& folder);
+// Those without MasksAmong them.
 PictureFiles ListPictures(const std::filesystem::path& folder);
+
+// The masks that lie beside pictures: NAME.mask, NAME_mask or NAME-mask beside NAME.
+PictureFiles MasksAmong(const PictureFiles& files);
+// The names of views that a mask's stem may stand for, the likeliest first: a, a.mask, a_mask, a.png and
+// a.png.mask all stand for a.
+std::vector<std::string> NamesBehindMask(const std::string& stem);
+
+// "a, b, c and 4 more"
+std::string FirstOf(const std::vector<std::string>& names);
 
 // The folders in a folder, by their names in lower case.
 std::map<std::string, std::filesystem::path> ListFolders(const std::filesystem::path& folder);

@@ -10,6 +10,7 @@
 #include "acquisition/input_files.h"
 #include "acquisition/input_untaken.h"
 #include "core/error.h"
+#include "core/files.h"
 #include "core/tiff_pages.h"
 
 namespace polarscan {
@@ -177,6 +178,20 @@ std::vector<InputView> ListFlat(const PictureFiles& files, Input& input) {
   return views;
 }
 
+// What views.json lists: as Stokes, or, where there was no polarization, as the pictures beside them.
+std::vector<InputView> ListMadeViews(const fs::path& folder, InputKind kind) {
+  std::vector<InputView> views;
+  const nlohmann::json state = ReadJson(folder / "views.json");
+  for (const auto& [name, record] : state.at("views").items()) {
+    const fs::path file = folder / (name + (kind == InputKind::kPhotos ? ".png" : ".tif"));
+    if (!fs::exists(file))
+      throw Error("views.json lists a view that is not there", file.string(),
+                  "Run the same polarscan demosaic again");
+    views.push_back({name, {file}, {}});
+  }
+  return views;
+}
+
 std::vector<InputView> ListStokes(const fs::path& parent) {
   const fs::path folder = fs::is_directory(parent / "stokes") ? parent / "stokes" : parent;
   const auto folders = ListFolders(folder);
@@ -235,9 +250,24 @@ std::vector<InputView> ListMosaics(Input& input) {
 
 }  // namespace
 
+bool IsViewFolder(const fs::path& folder) {
+  if (!fs::exists(folder / "views.json")) return false;
+  try {
+    const nlohmann::json state = ReadJson(folder / "views.json");
+    return state.is_object() && state.contains("polarized") && state.contains("views") &&
+           state["views"].is_object();
+  } catch (const Error&) {
+    return false;
+  }
+}
+
 void FindViews(const std::string& angles, Input& input) {
   const fs::path& folder = input.folder;
   std::vector<InputView>& views = input.views;
+  if (IsViewFolder(folder) && (input.kind == InputKind::kStokes || input.kind == InputKind::kPhotos)) {
+    views = ListMadeViews(folder, input.kind);
+    return;
+  }
   if (input.kind == InputKind::kMosaic) views = ListMosaics(input);
   if (input.kind == InputKind::kAngles) views = ListAngles(angles, input);
   if (input.kind == InputKind::kStokes) views = ListStokes(folder);
@@ -251,21 +281,6 @@ void FindViews(const std::string& angles, Input& input) {
   if (views.empty())
     throw Error(fmt::format("there are no {} pictures here", ToString(input.kind)), folder.string(),
                 WhatLiesThere(folder));
-}
-
-void FindMasks(const fs::path& folder, std::vector<InputView>& views) {
-  if (!fs::is_directory(folder / "masks")) return;
-  const PictureFiles masks = ListPictures(folder / "masks");
-  std::size_t found = 0;
-  for (InputView& view : views)
-    if (const auto mask = masks.find(view.name); mask != masks.end()) {
-      view.mask = mask->second;
-      ++found;
-    }
-  if (found == 0 && !masks.empty())
-    throw Error("no mask has the name of a view", (folder / "masks").string(),
-                fmt::format("Masks are named like the views: {}.png, not {}", views[0].name,
-                            masks.begin()->second.filename().string()));
 }
 
 }  // namespace polarscan

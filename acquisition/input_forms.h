@@ -8,12 +8,12 @@ namespace polarscan {
 // flat, by looking into the first one. Throws Error naming --input-kind where that does not decide.
 InputKind RecognizeKind(const std::filesystem::path& folder, const InputOptions& options);
 
+// Whether `polarscan demosaic` made the folder, by its views.json (apps/views.h).
+bool IsViewFolder(const std::filesystem::path& folder);
+
 // Sets views of input.kind in input.folder, sorted by name, without masks, and their polarizer angles;
 // `angles`: of --angles, may be empty. Throws Error if there are none, and if folders that belong together
 // hold different names.
 void FindViews(const std::string& angles, Input& input);
-
-// Sets the views' masks from FOLDER/masks. Throws Error if there are masks and none of them matches a view.
-void FindMasks(const std::filesystem::path& folder, std::vector<InputView>& views);
 
 }  // namespace polarscan

@@ -10,6 +10,7 @@
 #include "acquisition/input_untaken.h"
 #include "core/error.h"
 #include "core/exr.h"
+#include "core/files.h"
 #include "core/tiff_pages.h"
 
 namespace polarscan {
@@ -80,6 +81,8 @@ bool HoldGivenAngles(const fs::path& folder, const InputOptions& options) {
 
 InputKind RecognizeKind(const fs::path& folder, const InputOptions& options) {
   if (options.kind != "auto") return KindOf(options.kind);
+  if (IsViewFolder(folder))
+    return ReadJson(folder / "views.json")["polarized"] == true ? InputKind::kStokes : InputKind::kPhotos;
   const auto folders = ListFolders(folder);
   std::vector<InputKind> kinds;
   if (folders.contains("mosaic") || !ExposureFolders(folder).empty()) kinds.push_back(InputKind::kMosaic);

@@ -68,6 +68,7 @@ void FillFromSensor(const Reader& sensor, InputOptions& options) {
   if (options.white_level <= 0) options.white_level = WhiteLevel(sensor, options.bits).value_or(0);
   if (options.gain <= 0) options.gain = sensor.Number("dn_per_e").value_or(0);
   if (options.read_noise < 0) options.read_noise = sensor.Number("read_noise_e").value_or(-1);
+  if (options.gamma <= 0) options.gamma = sensor.Number("gamma").value_or(0);
 }
 
 void FillFromSet(const Reader& set, InputOptions& options) {
@@ -114,8 +115,9 @@ OptionTable Table(InputOptions& o) {
        .max = 65535},
       {.name = "white-level",
        .value = &o.white_level,
-       .help = "Count at which samples are clipped; 0: as set.json says, else where samples pile up at the top, "
-               "else the end of the bits",
+       .help =
+           "Count at which samples are clipped; 0: as set.json says, else where samples pile up at the top, "
+           "else the end of the bits",
        .unit = "DN",
        .min = 0,
        .max = 1e9},

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "acquisition/input.h"
+#include "acquisition/input_masks.h"
 #include "acquisition/input_shot.h"
 #include "acquisition/input_stokes.h"
 #include "acquisition/session/session_views.h"
@@ -164,12 +165,8 @@ LoadedView ReadView(const Input& input, int index) {
   for (std::size_t i = 0; i < loaded.pictures.size(); ++i)
     CheckPicture(input, PathOf(input, view, i), loaded.pictures[i]);
   CheckAgreement(input, view, loaded.pictures);
-  if (!view.mask) return loaded;
-  loaded.mask = ReadMask(*view.mask);
-  if (!SameSize(loaded.mask, loaded.pictures[0].planes[0]))
-    throw Error(fmt::format("the mask is {}x{}, its picture {}", loaded.mask.width(), loaded.mask.height(),
-                            SizeOf(loaded.pictures[0])),
-                view.mask->string());
+  const Picture& first = loaded.pictures[0];
+  loaded.mask = view.mask ? ReadMaskOf(view, first.width(), first.height()) : MaskFromAlpha(first);
   return loaded;
 }
 

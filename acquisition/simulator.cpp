@@ -24,20 +24,17 @@ constexpr const char* kConvention =
     "displayed from +x. Camera x right, y down, z forward; sparse holds cam_from_world; pixel centres at "
     "integer+0.5.";
 
-bool IsEarlierSimulation(const fs::path& folder) {
-  try {
-    return ReadJson(folder / "set.json").value("renderer", "") == kMaker;
-  } catch (const std::exception&) {
-    return false;
-  }
-}
-
-// Makes room: an absent or empty folder, or one that this function's caller filled before.
-void PrepareFolder(const fs::path& folder) {
+// Makes room: an absent or empty folder, or one that the same simulation, by its set.json, filled before.
+void PrepareFolder(const fs::path& folder, const json& set) {
+  RequireFree(
+      folder,
+      [&] {
+        const json found = ReadJson(folder / "set.json");
+        return found.at("renderer") == kMaker && found.at("seed") == set.at("seed") &&
+               found.at("options") == set.at("options");
+      },
+      "Choose a new folder with -o; only the same simulation is made again in its place");
   CreateFolder(folder);
-  if (fs::is_empty(folder)) return;
-  if (!IsEarlierSimulation(folder))
-    throw Error("the folder holds something else", folder.string(), "Give an empty or a new folder");
   for (const char* part : {"mosaic", "masks", "sparse", "truth"}) fs::remove_all(folder / part);
 }
 
@@ -150,8 +147,9 @@ SimulationSummary Write(const SimulatorOptions& options, bool pictures, const fs
   settings.sensor.layout = ParseLayout(options.layout);
   ParseRings(options.rings);  // what is wrong with the options shows before the folder is touched
   Scene scene = MakeScene(effective.scene);
-  PrepareFolder(folder);
-  WriteJson(folder / "set.json", SetJson(options, settings.sensor, {}, false));
+  const json set = SetJson(options, settings.sensor, {}, false);
+  PrepareFolder(folder, set);
+  WriteJson(folder / "set.json", set);
 
   const auto [lit, camera, views, gain] = PrepareShoot(std::move(scene), options, progress);
   settings.gain = gain;

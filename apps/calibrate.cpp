@@ -37,6 +37,7 @@ struct Work {
 };
 
 Work Open(const CalibrateArguments& a, Context& context) {
+  RequireFree(a.output, [&] { return IsCalibration(a.output); });
   InputOptions options = a.meaning;
   if (IsCalibration(a.output)) options.calibration = a.output.string();
   Work work{std::make_shared<const Input>(OpenInput(a.input, options, context.progress)), {}};
@@ -239,7 +240,7 @@ OptionTable FramesTable(InputOptions& options) {
   OptionTable table = Table(options);
   std::erase_if(table, [](const Option& row) {
     return row.name == "calibration" || row.name == "aop-sense" || row.name == "aop-scale" ||
-           row.name == "gamma";
+           row.name == "gamma" || row.name == "angles";
   });
   return table;
 }

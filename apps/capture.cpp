@@ -15,6 +15,7 @@
 #include "apps/capture_screen.h"
 #include "apps/command.h"
 #include "apps/interrupt.h"
+#include "core/words.h"
 
 namespace polarscan {
 namespace {

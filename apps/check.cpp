@@ -5,6 +5,7 @@
 
 #include "acquisition/session/session.h"
 #include "apps/check_files.h"
+#include "apps/check_input.h"
 #include "apps/check_session.h"
 #include "apps/scan.h"
 #include "core/error.h"
@@ -28,12 +29,20 @@ bool HoldsModel(const fs::path& folder) {
   return fs::exists(folder / "cameras.bin") || fs::exists(folder / "cameras.txt");
 }
 
+bool IsWorkspace(const fs::path& folder) {
+  return fs::exists(folder / "views.json") && fs::exists(folder / "images");
+}
+
+bool MayBeInput(const fs::path& path) {
+  return fs::is_directory(path) && !IsCalibration(path) && !HoldsModel(path) && !IsWorkspace(path);
+}
+
 Kind KindOf(const fs::path& path, Progress& progress) {
   const std::string extension = path.extension().string();
   if (fs::is_directory(path)) {
     if (IsCalibration(path)) return {"calibration", [](const fs::path& p) { ReadCalibration(p); }};
     if (HoldsModel(path)) return {"sparse model", CheckModel};
-    if (fs::exists(path / "views.json") && fs::exists(path / "images"))
+    if (IsWorkspace(path))
       return {"dense workspace", [&progress](const fs::path& p) { CheckWorkspace(p, progress); }};
   } else {
     if (extension == ".ply") return {"cloud or mesh", CheckPly};
@@ -41,10 +50,10 @@ Kind KindOf(const fs::path& path, Progress& progress) {
     if (extension == ".json") return {"JSON file", [](const fs::path& p) { ReadJson(p); }};
     if (IsPictureName(path)) return {"picture", CheckPicture};
   }
-  throw Error(
-      "this is nothing that polarscan can check", path.string(),
-      "It checks sessions, scans, dense workspaces, COLMAP's models and maps, PLY files, pictures and "
-      "calibrations");
+  throw Error("this is nothing that polarscan can check", path.string(),
+              "It checks sessions, scans, folders of pictures, dense workspaces, COLMAP's models and maps, "
+              "PLY files, "
+              "pictures and calibrations");
 }
 
 void CheckOne(const fs::path& path, bool repair, Context& context) {
@@ -91,6 +100,7 @@ void CheckScan(const fs::path& path, bool repair, Context& context) {
 void Check(const fs::path& path, bool repair, Context& context) {
   if (IsSession(path.string())) return CheckSession(path.string(), repair, context);
   if (fs::exists(path / "scan.json")) return CheckScan(path, repair, context);
+  if (MayBeInput(path)) return CheckInputFolder(path, context);
   CheckOne(path, repair, context);
 }
 
@@ -106,7 +116,8 @@ void AddCheckCommand(CLI::App& app, Context& context) {
       app.add_subcommand("check", "Is this sound? What was lost? Sessions, scans, and their files");
   command
       ->add_option("PATH", a->path,
-                   "A session, a scan, a dense workspace, a COLMAP model, a calibration, a map, a PLY file "
+                   "A session, a scan, a folder of pictures, a dense workspace, a COLMAP model, a "
+                   "calibration, a map, a PLY file "
                    "or a picture")
       ->required()
       ->check(IsFileOrFolder());

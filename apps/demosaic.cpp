@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include "acquisition/input_forms.h"
 #include "apps/command.h"
 #include "apps/views.h"
+#include "core/error.h"
+#include "core/files.h"
 
 namespace polarscan {
+namespace fs = std::filesystem;
 namespace {
 
 struct DemosaicCommand {
@@ -14,8 +18,20 @@ struct DemosaicCommand {
   bool pictures = false;
 };
 
+// The views never lie where their pictures do.
+void RequireElsewhere(const Input& input, const fs::path& views) {
+  const std::string folder = (fs::weakly_canonical(views) / "").string();
+  for (const InputView& view : input.views)
+    for (const fs::path& file : view.files)
+      if (fs::weakly_canonical(file).string().starts_with(folder))
+        throw Error("the pictures themselves lie in the folder for their views", views.string(),
+                    "Choose a folder beside them with -o");
+}
+
 void Run(const DemosaicCommand& command, Context& context) {
   const Input input = OpenInput(command.input, command.input_options, context.progress);
+  RequireElsewhere(input, command.views);
+  RequireFree(command.views, [&] { return IsViewFolder(command.views); });
   MakeStokesViews(input, command.views, command.options, context.progress, command.pictures);
   context.Finish({{"input", ToJson(input)}, {"views", input.views.size()}, {"folder", command.views}},
                  fmt::format("{} view{} in {}{}", input.views.size(), input.views.size() == 1 ? "" : "s",

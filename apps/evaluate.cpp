@@ -8,6 +8,7 @@
 #include "apps/compare_page.h"
 #include "apps/evaluate_scan.h"
 #include "apps/evaluation_table.h"
+#include "core/files.h"
 #include "core/similarity.h"
 
 namespace polarscan {
@@ -58,6 +59,10 @@ std::vector<std::string> Names(const std::vector<fs::path>& inputs) {
 }
 
 void Run(EvaluateArguments arguments, Context& context) {
+  if (!arguments.html.empty())
+    RequireFree(
+        arguments.html, [&] { return CarriesMark(arguments.html, "content=\"polarscan evaluate\""); },
+        "Choose another name with --html, or move it away");
   FindTruth(arguments);
   arguments.seed = context.seed;
   const Truth truth = ReadTruth(arguments);

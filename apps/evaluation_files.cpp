@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/evaluation_files.h"
 
+#include <algorithm>
+#include <set>
+
 #include "apps/evaluation_pictures.h"
 #include "apps/evaluation_plots.h"
 #include "core/files.h"
@@ -10,8 +13,22 @@
 namespace fs = std::filesystem;
 
 namespace polarscan {
+namespace {
+
+bool HoldsOnlyOurs(const fs::path& folder) {
+  static const std::set<std::string> kNames = {"evaluation.json", "cloud_errors.ply", "depth",    "normal",
+                                               "depth.svg",       "normals.svg",      "cloud.svg"};
+  return std::ranges::all_of(fs::directory_iterator(folder), [](const fs::directory_entry& entry) {
+    const std::string name = entry.path().filename().string();
+    return name.starts_with('.') || kNames.contains(name);
+  });
+}
+
+}  // namespace
 
 EvaluationFiles::EvaluationFiles(const fs::path& scan) : folder_(EvaluationFolder(scan)) {
+  RequireFree(
+      folder_, [&] { return HoldsOnlyOurs(folder_); }, "Move away what is not an evaluation's");
   fs::remove_all(folder_);
   CreateFolder(folder_);
 }

@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include "apps/stages.h"
+#include "core/files.h"
+#include "fusion/cloud.h"
 #include "stereo/sfm/colmap_workspace.h"
 
 namespace polarscan {
@@ -17,6 +19,8 @@ struct FuseArguments {
 std::pair<std::filesystem::path, nlohmann::json> Fuse(const FuseArguments& arguments, Context& context) {
   if (IsColmapWorkspace(arguments.scan)) {
     const auto cloud = arguments.scan / "cloud.ply";
+    RequireFree(
+        cloud, [&] { return CarriesMark(cloud, PointProperties() + "end_header"); }, "Move it away");
     const nlohmann::json counts =
         ToJson(FuseCloud(arguments.scan, cloud, arguments.options, context.progress));
     if (const std::string few = FewAgree(counts, arguments.options.min_views); !few.empty())

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "apps/stages.h"
+#include "core/files.h"
 #include "fusion/mesh_files.h"
 
 namespace polarscan {
@@ -21,8 +22,20 @@ void DryRun(const MeshArguments& arguments, Context& context) {
                              plan.depth, plan.cell, (arguments.scan / "mesh.ply").string()));
 }
 
+// A mesh that -o made before may be replaced, but no other scan's.
+void RequireFreeOutput(const MeshArguments& arguments) {
+  const fs::path& file = arguments.output;
+  const fs::path folder = fs::absolute(file).parent_path();
+  const bool is_a_scans = file.filename() == "mesh.ply" && fs::exists(folder / "scan.json");
+  RequireFree(file,
+              [&] { return IsMeshFile(file) && (!is_a_scans || fs::equivalent(folder, arguments.scan)); });
+}
+
 void Run(const MeshArguments& arguments, Context& context) {
-  if (!arguments.output.empty()) CheckMeshFileName(arguments.output);
+  if (!arguments.output.empty()) {
+    CheckMeshFileName(arguments.output);
+    RequireFreeOutput(arguments);
+  }
   Scan scan = Scan::Open(arguments.scan, context.progress);
   scan.ContinueAfter("fusion");
   if (arguments.dry_run) return DryRun(arguments, context);

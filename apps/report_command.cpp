@@ -4,6 +4,7 @@
 #include "apps/command.h"
 #include "apps/report.h"
 #include "apps/scan.h"
+#include "core/files.h"
 
 namespace polarscan {
 namespace {
@@ -17,6 +18,9 @@ struct ReportArguments {
 void Run(const ReportArguments& arguments, Context& context) {
   const fs::path own = arguments.scan / "report.html";
   const fs::path page = arguments.output.empty() ? own : arguments.output;
+  if (!arguments.output.empty())
+    RequireFree(
+        page, [&] { return CarriesMark(page, "content=\"polarscan report\"") || fs::equivalent(page, own); });
   if (fs::weakly_canonical(page) == fs::weakly_canonical(own)) {  // a file of the scan, with its checksum
     Scan scan = Scan::Open(arguments.scan, context.progress);
     WriteReport(arguments.scan, page, context.progress);

@@ -98,7 +98,7 @@ bool IsRecord(const nlohmann::json& record) {
 // scan.json, of the types that the rest of this file takes for granted.
 nlohmann::json ReadStateFile(const fs::path& path) {
   nlohmann::json state = ReadJson(path);
-  if (!state.is_object() || !Holds(state, {"input"}, Type::string) ||
+  if (!state.is_object() || !Holds(state, {"input", "input_from_here"}, Type::string) ||
       !Holds(state, {"stages", "options", "views", "cloud"}, Type::object) ||
       !std::ranges::all_of(state.value("stages", nlohmann::json::object()), IsRecord))
     throw Error("this is not what a scan.json holds", path.string());
@@ -198,9 +198,15 @@ void Scan::ReadState() {
   }
 }
 
+// Where the input lies as seen from the scan: the same after both were moved together.
+std::string Scan::InputFromHere(const std::string& input) const {
+  return fs::path(input).lexically_relative(fs::weakly_canonical(folder_)).string();
+}
+
 void Scan::CheckInput(const std::string& input) const {
   const std::string before = state_.value("input", input);
-  if (before != input)
+  const bool is_moved = !fs::exists(before) && state_.value("input_from_here", "") == InputFromHere(input);
+  if (before != input && !is_moved)
     throw Error(fmt::format("this is a scan of another input ({})", before), folder_.string(),
                 "Choose another folder with -o");
 }
@@ -220,6 +226,7 @@ Scan Scan::OpenOrCreate(const fs::path& folder, const fs::path& input, std::uint
   const std::string input_name = fs::weakly_canonical(input).string();
   scan.CheckInput(input_name);
   scan.state_["input"] = input_name;
+  scan.state_["input_from_here"] = scan.InputFromHere(input_name);
   scan.state_["version"] = POLARSCAN_VERSION;
   scan.input_ = ToHex(fingerprint);
   scan.Save();

@@ -98,6 +98,7 @@ class Scan {
   enum class Mode { kWork, kPlan };
   Scan(const std::filesystem::path& folder, Terminal& terminal, Mode mode = Mode::kWork);
   void ReadState();
+  std::string InputFromHere(const std::string& input) const;
   void CheckInput(const std::string& input) const;
   std::string WhyNotDone(const Stage& stage) const;
   void AddToPlan(const Stage& stage);

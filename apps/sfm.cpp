@@ -4,14 +4,17 @@
 #include "apps/stages.h"
 
 namespace polarscan {
+namespace fs = std::filesystem;
 namespace {
 
-// The known poses that the scan was begun with, if any.
+// The known poses that the scan was begun with, if any; also where the input lies now, if both were moved.
 std::optional<std::filesystem::path> KnownPoses(const Scan& scan) {
   const nlohmann::json::json_pointer place("/options/sfm/known-poses");
-  const nlohmann::json path = scan.state().value(place, nlohmann::json(""));
-  if (!path.is_string() || path == "") return std::nullopt;
-  return path.get<std::string>();
+  const nlohmann::json name = scan.state().value(place, nlohmann::json(""));
+  if (!name.is_string() || name == "") return std::nullopt;
+  const fs::path path = name.get<std::string>();
+  const fs::path moved = scan.folder() / scan.state().value("input_from_here", "") / "sparse";
+  return !fs::exists(path) && fs::is_directory(moved) ? moved : path;
 }
 
 }  // namespace

@@ -44,10 +44,18 @@ void RunShard(const std::filesystem::path& dense, const StereoArguments& a, cons
       fmt::format("shard {} is done; after the last one: the same command without --shard", a.shard));
 }
 
+// Maps that lie there before the workspace has become ours are COLMAP's own.
+void Adopt(const std::filesystem::path& folder, Context& context) {
+  RequireFree(
+      folder / "stereo/depth_maps", [&] { return std::filesystem::exists(folder / "views.json"); },
+      "Move them away, or work on a copy of the workspace");
+  AdoptColmapWorkspace(folder, context.progress);
+}
+
 // A dense workspace that COLMAP made.
 void RunWorkspace(const StereoArguments& a, const StereoOptions& options, Context& context) {
   const std::filesystem::path& folder = a.scan;
-  AdoptColmapWorkspace(folder, context.progress);
+  Adopt(folder, context);
   if (!a.shard.empty()) return RunShard(folder, a, options, context);
   EstimateMaps(folder, options, context.progress);
   const std::size_t views = ChosenViews(ReadWorkspace(folder), options.views).views.size();
@@ -80,9 +88,9 @@ std::string StepLines(const StereoPlan& plan) {
 
 // What so many shards would do: the steps, and the commands to start.
 void Plan(const StereoArguments& a, const StereoOptions& options, const std::string& repeated,
-          const Context& context) {
+          Context& context) {
   const bool foreign = IsColmapWorkspace(a.scan);
-  if (foreign) AdoptColmapWorkspace(a.scan, context.progress);
+  if (foreign) Adopt(a.scan, context);
   const StereoPlan plan = PlanMaps(foreign ? a.scan : a.scan / "dense", options);
   const int count = std::min(a.plan_shards, plan.views);
   const std::string command = fmt::format("polarscan stereo {}{}", a.scan.string(), repeated);

@@ -30,6 +30,7 @@ ViewStore::ViewStore(fs::path folder) : folder_(std::move(folder)) {
   CreateFolder(folder_);
   RemoveTemporaries(folder_, Below::kYes);
   state_ = ReadState(folder_ / "views.json");
+  is_known_ = state_.contains("kind");
 }
 
 void ViewStore::Describe(const std::string& kind, bool polarized) {
@@ -48,12 +49,22 @@ void ViewStore::SetScale(const std::string& key, double scale) {
   state_["scale"] = scale;
 }
 
-bool ViewStore::IsValid(const std::string& name, const std::string& hash, bool has_mask) const {
+bool ViewStore::IsValid(const std::string& name, const std::string& hash) const {
   const json wanted = {{"hash", hash}, {"files", Hashes(name)}};
-  if (!fs::exists(StokesPath(name)) || !fs::exists(PicturePath(name)) ||
-      fs::exists(MaskPath(name)) != has_mask)
-    return false;
-  return state_["views"].value(name, json()) == wanted;
+  return fs::exists(StokesPath(name)) && fs::exists(PicturePath(name)) &&
+         state_["views"].value(name, json()) == wanted;
+}
+
+void ViewStore::Begin(const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    if (state_["views"].contains(name)) continue;
+    if (is_known_)
+      for (const fs::path& path : {StokesPath(name), PicturePath(name), MaskPath(name)})
+        RequireFree(
+            path, [] { return false; }, "Move it away, or choose another folder with -o");
+    state_["views"][name] = json::object();
+  }
+  Save();
 }
 
 void ViewStore::Record(const std::string& name, const std::string& hash) {

@@ -32,7 +32,10 @@ class ViewStore {
   void SetScale(const std::string& key, double scale);
 
   // Whether the view was made under this hash and its files still have their contents.
-  bool IsValid(const std::string& name, const std::string& hash, bool has_mask) const;
+  bool IsValid(const std::string& name, const std::string& hash) const;
+  // These views are going to be written. Throws Error if files lie in their place that are not the folder's
+  // own.
+  void Begin(const std::vector<std::string>& names);
   // The view's files are written and complete.
   void Record(const std::string& name, const std::string& hash);
   // Forgets the other views and removes their files.
@@ -44,6 +47,7 @@ class ViewStore {
 
   std::filesystem::path folder_;
   nlohmann::json state_;
+  bool is_known_ = false;  // views.json was there and whole: a file of none of its views is not ours
   std::mutex mutex_;
 };
 

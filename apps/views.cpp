@@ -8,7 +8,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <mutex>
+#include <set>
 
+#include "acquisition/input_files.h"
+#include "acquisition/input_masks.h"
 #include "apps/view_pictures.h"
 #include "apps/view_store.h"
 #include "core/files.h"
@@ -20,6 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kViewsAtOnce = 4, kScaleViews = 8;
+constexpr double kMostlyDark = 0.5;  // share of pixels with S0 below 0
 constexpr double kScalePercentile = 0.995, kScalePixels = 50e3;
 
 // S0 of the brightest colour at a regular grid of pixels.
@@ -77,6 +82,16 @@ void WritePicture(const fs::path& path, const PolarView& view, double scale) {
   WritePng(path, picture);
 }
 
+double ShareBelowZero(const Image<float>& s0, const Image<std::uint8_t>& mask) {
+  std::size_t below = 0, all = 0;
+  for (std::size_t i = 0; i < s0.size(); ++i) {
+    if (!mask.empty() && !mask.pixels()[i]) continue;
+    ++all;
+    below += s0.pixels()[i] < 0;
+  }
+  return all ? double(below) / double(all) : 0;
+}
+
 // Of the files that hold many views each.
 using StackHashes = std::map<fs::path, std::uint64_t>;
 
@@ -93,7 +108,7 @@ StackHashes HashStacks(const Input& input, const Progress& progress) {
 // Hash of everything that a view is made from, but for the scale of its picture.
 std::uint64_t HashView(const Input& input, const InputView& view, const DemosaicOptions& options,
                        const StackHashes& stacks) {
-  const int format = 3;  // of what is written; to be raised when that changes
+  const int format = 4;  // of what is written; to be raised when that changes
   std::uint64_t hash = Hash(fmt::format("{} {} {}", format, ToText(Meaning(input)), options.method));
   if (view.page >= 0)
     hash = Hash(fmt::format("page {} of {}", view.page, ToHex(stacks.at(view.files[0]))), hash);
@@ -126,8 +141,9 @@ double UpdateScale(const Input& input, const DemosaicOptions& options,
   return scale;
 }
 
-void WriteView(const Input& input, int index, const DemosaicOptions& options, double scale, bool pictures,
-               ViewStore& store, const Progress& progress) {
+// Returns the share of S0 below 0, in the mask if there is one.
+double WriteView(const Input& input, int index, const DemosaicOptions& options, double scale, bool pictures,
+                 ViewStore& store, const Progress& progress) {
   const LoadedView loaded = ReadView(input, index);
   progress.Check();
   const PolarView view = MakeView(*input.Source(index).first, loaded, options);
@@ -144,6 +160,7 @@ void WriteView(const Input& input, int index, const DemosaicOptions& options, do
   } else {
     WritePng(store.MaskPath(loaded.name), loaded.mask);
   }
+  return ShareBelowZero(view.stokes.s0, loaded.mask);
 }
 
 // Calls f for every element, a few at once: what they hold in memory is bounded.
@@ -165,6 +182,7 @@ void MakeStokesViews(const Input& input, const fs::path& folder, const DemosaicO
                      Progress& progress, bool pictures) {
   FindDemosaicMethod(options.method);
   TellNotes(input, progress);
+  for (const std::string& odd : CheckMasks(input, progress)) progress.Warn(odd);
   const std::vector<std::uint64_t> hashes = HashViews(input, options, progress);
   ViewStore store(folder);
   store.Describe(ToString(input.kind), input.polarized());
@@ -176,17 +194,30 @@ void MakeStokesViews(const Input& input, const fs::path& folder, const DemosaicO
   const auto key = [&](int i) { return ToHex(Hash(shown, hashes[std::size_t(i)])); };
   for (int i = 0; i < int(input.views.size()); ++i) {
     names.push_back(input.views[std::size_t(i)].name);
-    if (!store.IsValid(names.back(), key(i), input.views[std::size_t(i)].mask.has_value())) todo.push_back(i);
+    if (!store.IsValid(names.back(), key(i))) todo.push_back(i);
   }
   store.RemoveAllBut(names);
+  store.Begin(names);
+
+  std::mutex mutex;
+  std::set<std::string> dark;
 
   progress.Begin("Stokes views", todo.size());
   ForEachBounded(todo, [&](int i) {
     progress.Check();
-    WriteView(input, i, options, scale, pictures, store, progress);
+    if (WriteView(input, i, options, scale, pictures, store, progress) > kMostlyDark) {
+      const std::lock_guard lock(mutex);
+      dark.insert(input.views[std::size_t(i)].name);
+    }
     store.Record(input.views[std::size_t(i)].name, key(i));
     progress.Advance();
   });
+  if (!dark.empty())
+    progress.Warn(fmt::format("{} views have less than no light in most of their pixels (S0 below 0): {}. {}",
+                              dark.size(), FirstOf({dark.begin(), dark.end()}),
+                              input.kind == InputKind::kStokes
+                                  ? "Are these Stokes images, and is S0 the first?"
+                                  : "Is --black-level right?"));
 }
 
 }  // namespace polarscan

@@ -8,9 +8,11 @@
 #include <unistd.h>
 #include <xxhash.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <ctime>
+#include <fstream>
 #include <system_error>
 
 #include "core/descriptor.h"
@@ -26,6 +28,14 @@ void SyncPath(const std::filesystem::path& path, int flags) {
   int result = file.fd < 0 ? -1 : ::fsync(file.fd);
   while (file.fd >= 0 && result != 0 && errno == EINTR) result = ::fsync(file.fd);
   if (result != 0) ThrowSystemError("cannot write to the disk", path);
+}
+
+// Nothing but what is hidden, and folders of that kind.
+bool HoldsNothing(const std::filesystem::path& folder) {
+  return std::ranges::all_of(std::filesystem::directory_iterator(folder), [](const auto& entry) {
+    const bool is_folder = entry.is_directory() && !entry.is_symlink();
+    return entry.path().filename().string().starts_with('.') || (is_folder && HoldsNothing(entry.path()));
+  });
 }
 
 }  // namespace
@@ -81,6 +91,27 @@ void WriteAtomically(const std::filesystem::path& path,
     throw;
   }
   SyncFolder(path.parent_path());
+}
+
+void RequireFree(const std::filesystem::path& path, const std::function<bool()>& is_ours,
+                 const std::string& cure) {
+  namespace fs = std::filesystem;
+  if (!fs::exists(fs::symlink_status(path)) || (fs::is_directory(path) && HoldsNothing(path))) return;
+  try {
+    if (is_ours()) return;
+  } catch (const std::exception&) {  // who cannot be read is not ours
+  }
+  throw Error(fs::is_directory(path) ? "this folder holds files that this command did not make"
+                                     : "this file is there already, and this command did not make it",
+              path.string(), cure);
+}
+
+bool CarriesMark(const std::filesystem::path& file, const std::string& mark) {
+  std::ifstream stream(file, std::ios::binary);
+  std::string beginning(4096, '\0');
+  stream.read(beginning.data(), std::streamsize(beginning.size()));
+  beginning.resize(std::size_t(stream.gcount()));
+  return beginning.find(mark) != std::string::npos;
 }
 
 std::string ToText(const nlohmann::json& value, int indent) {

@@ -45,6 +45,14 @@ struct WholeNumber {
 nlohmann::json ReadJson(const std::filesystem::path& path);
 void WriteJson(const std::filesystem::path& path, const nlohmann::json& value);
 
+// Nothing is overwritten that another made: throws Error, naming the path and the cure, if something is
+// there, a file or a folder that holds more than hidden files, and is_ours() does not say that the caller
+// made it.
+void RequireFree(const std::filesystem::path& path, const std::function<bool()>& is_ours,
+                 const std::string& cure = "Choose another name with -o, or move it away");
+// Whether the file's first 4 KB hold this text: the mark by which one of ours is told.
+bool CarriesMark(const std::filesystem::path& file, const std::string& mark);
+
 void CreateFolder(const std::filesystem::path& path);
 // A power cut cannot take the names of new files in it back any more.
 void SyncFolder(const std::filesystem::path& path);

@@ -89,10 +89,21 @@ cv::Mat Decode(const fs::path& path) {
   return image;
 }
 
-// Planes in red, green, blue order from OpenCV's interleaved blue, green, red (alpha dropped).
+// The last of four channels, if any of it is transparent.
+template <class T>
+Image<float> AlphaOf(const cv::Mat& image, float opaque) {
+  if (image.channels() != 4) return {};
+  Image<float> alpha(image.cols, image.rows);
+  for (int y = 0; y < image.rows; ++y)
+    for (int x = 0; x < image.cols; ++x) alpha(x, y) = float(image.ptr<T>(y)[4 * x + 3]);
+  return std::ranges::all_of(alpha.pixels(), [&](float a) { return a >= opaque; }) ? Image<float>() : alpha;
+}
+
+// Planes in red, green, blue order from OpenCV's interleaved blue, green, red.
 template <class T>
 void SplitPlanes(const cv::Mat& image, Picture& picture) {
   const int channels = image.channels(), colours = channels >= 3 ? 3 : 1;
+  picture.alpha = AlphaOf<T>(image, picture.full_scale);
   picture.planes.assign(std::size_t(colours), Image<float>(image.cols, image.rows));
   for (int y = 0; y < image.rows; ++y) {
     const T* in = image.ptr<T>(y);
@@ -169,6 +180,43 @@ Image<float> ReadPage(TIFF* file, const fs::path& path) {
   return page;
 }
 
+constexpr float kJpegNoise = 16;  // of 255, near black
+
+// The largest of each pixel's colours; 0 where that is no number.
+Image<float> Brightest(const Picture& picture) {
+  Image<float> brightest(picture.width(), picture.height());
+  for (const Image<float>& plane : picture.planes)
+    for (std::size_t i = 0; i < plane.size(); ++i)
+      brightest.pixels()[i] = std::max(brightest.pixels()[i], plane.pixels()[i]);
+  return brightest;
+}
+
+bool HoldsMoreValuesThan(std::size_t most, const Image<float>& values) {
+  std::vector<float> seen;
+  for (const float value : values.pixels())
+    if (std::ranges::find(seen, value) == seen.end()) {
+      seen.push_back(value);
+      if (seen.size() > most) return true;
+    }
+  return false;
+}
+
+// 255 where a value is above `black`, or, if the mask is a soft one, above half of the brightest; else 0.
+Image<std::uint8_t> NotBlack(const Image<float>& values, float black) {
+  constexpr std::size_t kMostLabels = 16;
+  const float brightest = values.empty() ? 0 : *std::ranges::max_element(values.pixels());
+  float least = std::min(black, brightest / 2);
+  const auto above = [&](float limit) {
+    return std::ranges::count_if(values.pixels(), [&](float value) { return value > limit; });
+  };
+  if (HoldsMoreValuesThan(kMostLabels, values) && 2 * above(0.9f * brightest) > above(least))
+    least = brightest / 2;
+  Image<std::uint8_t> mask(values.width(), values.height());
+  std::ranges::transform(values.pixels(), mask.pixels().begin(),
+                         [&](float value) { return std::uint8_t(value > least ? 255 : 0); });
+  return mask;
+}
+
 Picture PictureOf(std::vector<Image<float>> planes, const fs::path& path) {
   if (planes.size() != 1 && planes.size() != 3)
     throw Error(fmt::format("this picture has {} channels, not 1 or 3", planes.size()), path.string());
@@ -228,11 +276,15 @@ Picture ReadPicture(const fs::path& path) {
 
 Image<std::uint8_t> ReadMask(const fs::path& path) {
   const Picture picture = ReadPicture(path);
-  Image<std::uint8_t> mask(picture.width(), picture.height());
-  const auto values = picture.planes[0].pixels();
-  for (std::size_t i = 0; i < mask.size(); ++i)
-    mask.pixels()[i] = values[i] * 2 > picture.full_scale ? 255 : 0;
-  return mask;
+  if (Image<std::uint8_t> mask = MaskFromAlpha(picture); !mask.empty()) return mask;
+  return NotBlack(Brightest(picture), LowerExtension(path).starts_with(".jp") ? kJpegNoise : 0);
+}
+
+Image<std::uint8_t> MaskFromAlpha(const Picture& picture) {
+  if (picture.alpha.empty()) return {};
+  Image<std::uint8_t> mask = NotBlack(picture.alpha, 0);
+  const auto object = std::ranges::count(mask.pixels(), 255);
+  return object == 0 || std::size_t(object) == mask.size() ? Image<std::uint8_t>() : mask;
 }
 
 void WritePng(const fs::path& path, const Image<std::uint8_t>& image) {

@@ -8,13 +8,14 @@
 
 namespace polarscan {
 
-// A picture as its file holds it: planes grey (1) or red, green, blue (3; an alpha channel is dropped),
-// values as stored (no gamma, no scaling). full_scale is 255, 65535, or 1 for floating-point files; bits is
-// 8, 16 or 32.
+// A picture as its file holds it: planes grey (1) or red, green, blue (3), values as stored (no gamma, no
+// scaling). full_scale is 255, 65535, or 1 for floating-point files; bits is 8, 16 or 32. alpha: empty where
+// the file has none or none of it is transparent.
 struct Picture {
   std::vector<Image<float>> planes;
   float full_scale = 1;
   int bits = 0;
+  Image<float> alpha = {};
 
   int width() const { return planes.empty() ? 0 : planes[0].width(); }
   int height() const { return planes.empty() ? 0 : planes[0].height(); }
@@ -30,8 +31,13 @@ Picture ReadPicture(const std::filesystem::path& path);
 // True if all planes are the same.
 bool IsGrey(const Picture& picture);
 
-// 8-bit masks: one plane; a pixel is 255 where the file's value is above half of its full scale, else 0.
+// A mask: 255 where the file is not black, else 0, whatever its depth and colours. Where a part of it is
+// transparent, what is not transparent counts instead. Soft masks (more than 16 values, most of the object
+// near the brightest one) are cut at half of the brightest value; in JPEG files values up to 16 are black.
 Image<std::uint8_t> ReadMask(const std::filesystem::path& path);
+
+// The same from a picture's alpha; empty where it hides nothing or everything.
+Image<std::uint8_t> MaskFromAlpha(const Picture& picture);
 
 // PNG writers; atomic (core/files.h). Grey, colour, 16-bit grey.
 void WritePng(const std::filesystem::path& path, const Image<std::uint8_t>& image);

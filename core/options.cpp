@@ -30,22 +30,6 @@ void ValidateOption(const Option& option) {
   }
 }
 
-std::size_t LettersApart(const std::string& a, const std::string& b) {
-  std::vector<std::vector<std::size_t>> cost(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
-  for (std::size_t i = 0; i <= a.size(); ++i)
-    for (std::size_t j = 0; j <= b.size(); ++j) {
-      if (i == 0 || j == 0) {
-        cost[i][j] = i + j;
-        continue;
-      }
-      cost[i][j] = std::min(
-          {cost[i - 1][j] + 1, cost[i][j - 1] + 1, cost[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1)});
-      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
-        cost[i][j] = std::min(cost[i][j], cost[i - 2][j - 2] + 1);
-    }
-  return cost[a.size()][b.size()];
-}
-
 template <class T>
 void Take(const nlohmann::json& value, T& target) {
   value.get_to(target);
@@ -77,19 +61,6 @@ void FromJson(const nlohmann::json& values, OptionTable& table) {
     }
     ValidateOption(*option);
   }
-}
-
-std::string NearestName(const std::string& name, const std::vector<std::string>& names) {
-  std::string nearest;
-  std::size_t least = name.size() / 3 + 1;  // of one letter in three anything could be made
-  for (const std::string& candidate : names) {
-    const std::size_t apart = LettersApart(name, candidate);
-    if (apart < least || (apart == least && nearest.empty() && name.size() > 3))
-      nearest = candidate, least = apart;
-  }
-  if (!nearest.empty() || name.size() < 3) return nearest;
-  const auto longer = std::ranges::find_if(names, [&](const auto& n) { return n.find(name) != n.npos; });
-  return longer == names.end() ? "" : *longer;
 }
 
 void Validate(const OptionTable& table) {

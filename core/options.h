@@ -26,10 +26,6 @@ nlohmann::json ToJson(const OptionTable& table);
 // Sets rows from {name: value}. Throws Error on an unknown name, a wrong type or a value out of range.
 void FromJson(const nlohmann::json& values, OptionTable& table);
 
-// The one of `names` that `name` was probably meant to be (a few letters apart, or the beginning of one);
-// empty if none is near.
-std::string NearestName(const std::string& name, const std::vector<std::string>& names);
-
 // Throws Error naming the first option whose value is out of range or not among its choices.
 void Validate(const OptionTable& table);
 

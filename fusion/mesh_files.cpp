@@ -160,6 +160,11 @@ void WriteMeshFile(const std::filesystem::path& path, const SurfaceMesh& mesh) {
                                                : Glb(mesh));
 }
 
+bool IsMeshFile(const std::filesystem::path& path) {
+  return CarriesMark(path, PointProperties() + "element face") ||  // a cloud has no faces
+         (!CarriesMark(path, "end_header") && CarriesMark(path, "polarscan"));
+}
+
 SurfaceMesh ReadSurfaceMesh(const std::filesystem::path& path) {
   SurfaceMesh mesh{ReadCloud(path), ReadMesh(path).triangles, ReadPlyOffset(path)};
   for (const Triangle& t : mesh.triangles)

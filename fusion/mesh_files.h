@@ -28,6 +28,9 @@ void WriteMeshFile(const std::filesystem::path& path, const SurfaceMesh& mesh);
 // Throws Error if WriteMeshFile knows no format for the name: before the work, not after it.
 void CheckMeshFileName(const std::filesystem::path& path);
 
+// Whether WriteMeshFile made the file, by its beginning.
+bool IsMeshFile(const std::filesystem::path& path);
+
 // A PLY written by WriteMeshFile. Throws Error on a damaged file.
 SurfaceMesh ReadSurfaceMesh(const std::filesystem::path& path);
 

@@ -26,6 +26,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "core/options.h"
+#include "core/words.h"
 #include "demosaic/pixel_format.h"
 
 #if !ARAVIS_CHECK_VERSION(0, 8, 20)

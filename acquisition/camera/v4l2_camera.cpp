@@ -24,6 +24,7 @@
 #include "core/descriptor.h"
 #include "core/error.h"
 #include "core/options.h"
+#include "core/words.h"
 #include "demosaic/pixel_format.h"
 
 namespace polarscan {

@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "acquisition/camera/camera.h"
+#include "acquisition/input_masks.h"
 #include "acquisition/session/session_views.h"
 #include "acquisition/session/session_writer.h"
 #include "core/error.h"
@@ -45,6 +47,36 @@ Frame FrameOf(const LoadedView& view, std::size_t picture, const PixelFormat& fo
   return frame;
 }
 
+// What lies beside pictures comes along.
+void CopyMasksAndPoses(const fs::path& from, const fs::path& to) {
+  for (const char* part : {"masks", "sparse"})
+    if (fs::is_directory(from / part)) fs::copy(from / part, to / part, fs::copy_options::recursive);
+}
+
+// The mask of a view that comes from elsewhere than masks/, as its picture's transparency or beside it.
+void WriteMaskOf(const LoadedView& loaded, const InputView& view, const fs::path& folder) {
+  const bool comes_along = view.mask && view.mask->parent_path().filename() == "masks";
+  if (!loaded.mask.empty() && !comes_along) WritePng(folder / "masks" / (view.name + ".png"), loaded.mask);
+}
+
+// Masks under the names that the pictures of a view's frames get; poses have no such names.
+void CopyMasks(const Session& session, const std::map<std::string, std::vector<std::string>>& names,
+               const fs::path& folder, Progress& progress) {
+  Input input;
+  input.folder = session.folder;
+  for (const auto& [view, pictures] : names) input.views.push_back({view, {}});
+  FindMasks(input);
+  for (const InputView& view : input.views)
+    for (const std::string& name : names.at(view.name))
+      if (view.mask) {
+        CreateFolder(folder / "masks");
+        fs::copy_file(*view.mask, folder / "masks" / (name + view.mask->extension().string()));
+      }
+  if (fs::is_directory(session.folder / "sparse"))
+    progress.Warn(
+        "sparse/ stays behind: its poses are those of views, of which each becomes several pictures here");
+}
+
 void WriteFrames(const Input& input, const fs::path& folder, Progress& progress) {
   SessionInfo info = NewSessionInfo();
   info.camera = ToJson(CameraInfo{"import:" + input.folder.string(), "", "pictures", ""});
@@ -59,6 +91,7 @@ void WriteFrames(const Input& input, const fs::path& folder, Progress& progress)
   for (std::size_t i = 0; i < input.views.size(); ++i) {
     progress.Check();
     const LoadedView view = ReadView(input, int(i));
+    WriteMaskOf(view, input.views[i], folder);
     for (std::size_t k = 0; k < view.pictures.size(); ++k) {
       const Frame frame = FrameOf(view, k, format, counts.stored, i);
       writer.Append(frame);
@@ -67,9 +100,7 @@ void WriteFrames(const Input& input, const fs::path& folder, Progress& progress)
     }
     progress.Advance();
   }
-  for (const char* part : {"masks", "sparse"})
-    if (fs::is_directory(input.folder / part))
-      fs::copy(input.folder / part, folder / part, fs::copy_options::recursive);
+  CopyMasksAndPoses(input.folder, folder);
   writer.Close(counts);
 }
 
@@ -122,6 +153,7 @@ std::size_t ExportSession(const Session& session, const fs::path& folder, const 
   const std::vector<SessionView> views = ViewsOf(session);
   const bool several =
       std::ranges::any_of(views, [&](const auto& view) { return !ExposuresOf(session, view).empty(); });
+  std::map<std::string, std::vector<std::string>> names;
   for (const SessionView& view : views)
     for (std::size_t i = 0; i < view.frames.size(); ++i) {
       progress.Check();
@@ -133,10 +165,15 @@ std::size_t ExportSession(const Session& session, const fs::path& folder, const 
       const bool alone = several ? same == 0 : view.frames.size() == 1;
       const std::string name = alone ? view.name : fmt::format("{}-{}", view.name, same);
       const Image<std::uint16_t> counts = Counts(ReadFrame(session, view.frames[i]));
+      names[view.name].push_back(name);
       const std::string subfolder = several ? fmt::format("exposure-{}", info.exposure_us) : "mosaic";
       WriteCounts(folder / subfolder / (name + "." + extension), counts);
       progress.Advance();
     }
+  const bool one_name = std::ranges::all_of(names, [](const auto& view) {
+    return std::ranges::all_of(view.second, [&](const auto& name) { return name == view.first; });
+  });
+  one_name ? CopyMasksAndPoses(session.folder, folder) : CopyMasks(session, names, folder, progress);
   WriteJson(folder / "set.json", {{"input_kind", "mosaic"},
                                   {"sensor", SensorOf(session)},
                                   {"camera", session.info.camera},
@@ -155,6 +192,7 @@ std::size_t ExportAngles(const Input& input, const DemosaicMethod& method, const
   for (std::size_t i = 0; i < input.views.size(); ++i) {
     progress.Check();
     const LoadedView view = ReadView(input, int(i));
+    WriteMaskOf(view, input.views[i], folder);
     const Image<float> light = MosaicOf(input, view).light;
     const AnglePlanes planes = method.interpolate(light, input.sensor.layout)[0];
     for (std::size_t a = 0; a < planes.size(); ++a)
@@ -162,6 +200,7 @@ std::size_t ExportAngles(const Input& input, const DemosaicMethod& method, const
                   AngleCounts(planes[a]));
     progress.Advance();
   }
+  CopyMasksAndPoses(input.folder, folder);
   WriteJson(folder / "set.json",
             {{"input_kind", "angles"},
              {"sensor", {{"bits", 16}, {"black_dn", kAnglesBlack_dn}, {"white_dn", kAnglesWhite_dn}}}});
@@ -179,12 +218,14 @@ std::size_t ExportCorrected(const Input& input, const fs::path& folder, const st
   for (std::size_t i = 0; i < input.views.size(); ++i) {
     progress.Check();
     const LoadedView view = ReadView(input, int(i));
+    WriteMaskOf(view, input.views[i], folder);
     LitMosaic mosaic = MosaicOf(input, view);
     for (std::size_t k = 0; k < mosaic.light.size(); ++k)
       if (mosaic.state.pixels()[k] == SampleState::kLost) mosaic.light.pixels()[k] = 1;
     WriteCounts(folder / "mosaic" / (view.name + "." + extension), AngleCounts(mosaic.light));
     progress.Advance();
   }
+  CopyMasksAndPoses(input.folder, folder);
   Sensor sensor = input.sensor;
   sensor.bits = 16, sensor.black_dn = kAnglesBlack_dn, sensor.white_dn = kAnglesWhite_dn;
   sensor.dn_per_e *= sensor.RangeDn() / input.sensor.RangeDn();

@@ -14,8 +14,9 @@ std::size_t ImportSession(const Input& input, const std::filesystem::path& folde
 
 // The way back: FOLDER/mosaic/NAME.tif or .png with the counts in 16 bits, and FOLDER/set.json, so that the
 // folder is an INPUT again. NAME is the view's; a shot of several frames gives NAME-0, NAME-1, ..., and one
-// of several exposures exposure-TIME/NAME instead of mosaic/NAME. Returns the number of files. Throws Error
-// if the folder is not empty or a frame's pixel format is no raw mosaic.
+// of several exposures exposure-TIME/NAME instead of mosaic/NAME. masks/ and sparse/ come along, the latter
+// not where one view becomes several pictures. Returns the number of files. Throws Error if the folder is not
+// empty or a frame's pixel format is no raw mosaic.
 std::size_t ExportSession(const Session& session, const std::filesystem::path& folder,
                           const std::string& extension, Progress& progress);
 

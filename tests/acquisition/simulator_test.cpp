@@ -330,14 +330,19 @@ TEST_F(SimulatorFolder, PicturesMasksPosesAndMeshAgree) {
   EXPECT_GT(median(mirrored), 10);
 }
 
-TEST_F(SimulatorFolder, ASecondRunReplacesTheFirstButNothingElse) {
+TEST_F(SimulatorFolder, ASecondRunReplacesTheSameSimulationButNothingElse) {
   Simulate(Small(), folder_ / "set", silent_);
-  SimulatorOptions fewer = Small();
+  fs::remove(folder_ / "set/mosaic/000000.png");
+  Simulate(Small(), folder_ / "set", silent_);
+  EXPECT_TRUE(fs::exists(folder_ / "set/mosaic/000000.png"));
+  SimulatorOptions fewer = Small(), other = Small();
   fewer.rings = "33:1";
-  fewer.masks = false;
-  EXPECT_EQ(Simulate(fewer, folder_ / "set", silent_).views, 1);
-  EXPECT_FALSE(fs::exists(folder_ / "set/mosaic/001.png"));
-  EXPECT_FALSE(fs::exists(folder_ / "set/masks"));
+  other.seed += 1;
+  const std::string before = ReadFile(folder_ / "set/mosaic/000000.png");
+  for (const SimulatorOptions& options : {fewer, other}) {
+    EXPECT_THROW(Simulate(options, folder_ / "set", silent_), Error);
+    EXPECT_EQ(ReadFile(folder_ / "set/mosaic/000000.png"), before);
+  }
   fs::create_directories(folder_ / "photos");
   std::ofstream(folder_ / "photos/holiday.jpg") << "precious";
   EXPECT_THROW(Simulate(fewer, folder_ / "photos", silent_), Error);

@@ -147,6 +147,100 @@ TEST_F(DemosaicCommand, PhotosComeOutAsTheyWentInAndWithoutPolarization) {
   EXPECT_EQ(view.s2(100, 2), 0);
 }
 
+TEST_F(DemosaicCommand, OverwritesNeitherItsInputNorAnyFilesButItsOwn) {
+  WriteAngles("a", 0.8, 0.3, -0.1);
+  WritePng(folder_ / "photos/a.png", Image<Rgb8>(40, 30, {1, 2, 3}));
+  WritePng(folder_ / "notes/a.png", Image<Rgb8>(40, 30, {4, 5, 6}));
+  ASSERT_EQ(Run().exit_code, 0);
+  const auto before = Contents(folder_.path());
+  const std::string photos = (folder_ / "photos").string(), angles = Input().string(),
+                    views = Views().string();
+  for (const auto& [input, output] : std::vector<std::pair<std::string, std::string>>{
+           {photos, photos},                   // its input
+           {angles, angles + "/I-45"},         // inside of it
+           {photos, folder_.path().string()},  // above it
+           {angles, angles},
+           {views, views},
+           {angles, (folder_ / "notes").string()}}) {  // a file of the same name
+    const Outcome outcome = RunPolarscan({"demosaic", input, "-o", output, "--bits", "16"});
+    EXPECT_EQ(outcome.exit_code, kFailed) << output;
+    EXPECT_NE(outcome.err.find(output), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("-o"), std::string::npos) << outcome.err;
+    EXPECT_TRUE(Contents(folder_.path()) == before) << output;
+  }
+  WriteAngles("b", 0.8, 0.3, -0.1);
+  WriteFileAtomically(Views() / "b.png", "mine, among the views");
+  EXPECT_EQ(Run().exit_code, kFailed);
+  EXPECT_EQ(ReadFile(Views() / "b.png"), "mine, among the views");
+}
+
+TEST_F(DemosaicCommand, NoCommandWritesIntoAFolderOfOtherFiles) {
+  const std::string mosaics = (folder_ / "mosaics").string(), foreign = (folder_ / "foreign").string();
+  WritePng(folder_ / "mosaics/mosaic/a.png", Image<std::uint8_t>(40, 32, 9));
+  WriteFileAtomically(folder_ / "mosaics/set.json", R"({"sensor": {"layout": "90 45 / 135 0"}})");
+  WriteFileAtomically(folder_ / "foreign/thesis.txt", "irreplaceable");
+  WriteFileAtomically(folder_ / "foreign/set.json", R"({"renderer": "another"})");
+  const auto before = Contents(folder_.path());
+  for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{
+           {"simulate", "--width", "32", "--height", "32", "--rings", "30:1"},
+           {"capture", "--camera", "simulated", "--frames", "1", "--set", "width=32", "--set", "height=32"},
+           {"import", mosaics},
+           {"demosaic", mosaics},
+           {"calibrate", "dark", mosaics},
+           {"reconstruct", mosaics}}) {
+    std::vector<std::string> arguments = command;
+    arguments.insert(arguments.end(), {"-o", foreign});
+    const Outcome outcome = RunPolarscan(arguments);
+    EXPECT_EQ(outcome.exit_code, kFailed) << command[0] << outcome.err;
+    EXPECT_NE(outcome.err.find(foreign), std::string::npos) << outcome.err;
+    EXPECT_TRUE(Contents(folder_.path()) == before) << command[0];
+  }
+}
+
+TEST_F(DemosaicCommand, ViewsWithLessThanNoLightAreNamed) {
+  WriteAngles("a", 0.8, 0.3, -0.1);
+  WriteAngles("b", 0.02, 0, 0);
+  const Outcome outcome = Run({"--bits", "16", "--black-level", "5000"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("(S0 below 0): b. Is --black-level right?"), std::string::npos) << outcome.err;
+}
+
+TEST_F(DemosaicCommand, EmptyMasksStopItBeforeAnyWork) {
+  WriteAngles("a", 0.8, 0.3, -0.1);
+  WritePng(Input() / "masks/a.png", Image<std::uint8_t>(40, 30, 0));
+  const Outcome outcome = Run();
+  EXPECT_EQ(outcome.exit_code, kFailed);
+  EXPECT_NE(outcome.err.find("all 1 masks are empty"), std::string::npos) << outcome.err;
+  EXPECT_FALSE(fs::exists(Views() / "a.tif"));
+}
+
+TEST_F(DemosaicCommand, ItsFolderIsAnInputWithItsMasks) {
+  WriteAngles("a", 0.8, 0.3, -0.1);
+  WritePng(Input() / "masks/a.png", Image<std::uint8_t>(40, 30, 255));
+  ASSERT_EQ(Run().exit_code, 0);
+  const Outcome outcome =
+      RunPolarscan({"demosaic", Views().string(), "-o", (folder_ / "again").string(), "--json"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(nlohmann::json::parse(outcome.out)["input"]["kind"], "stokes");
+  for (const char* name : {"a.tif", "masks/a.png"})
+    EXPECT_EQ(HashFile(folder_ / "again" / name), HashFile(Views() / name)) << name;
+}
+
+TEST_F(DemosaicCommand, CheckSaysWhatAFolderOfPicturesIs) {
+  WriteAngles("a", 0.8, 0.3, -0.1);
+  WriteAngles("b", 0.8, 0.3, -0.1);
+  WritePng(Input() / "masks/a.png", Image<std::uint8_t>(40, 30, 255));
+  const auto check = [&] { return RunPolarscan({"check", Input().string()}); };
+  const Outcome sound = check();
+  EXPECT_EQ(sound.exit_code, kDone) << sound.err;
+  for (const char* words : {"input: 2 views of 40x30, angles", "masks for 1, poses for 0: sound", "are full"})
+    EXPECT_NE(sound.err.find(words), std::string::npos) << words << sound.err;
+  fs::resize_file(Input() / "I-90/b.png", 60);
+  const Outcome damaged = check();
+  EXPECT_EQ(damaged.exit_code, kDataLost);
+  EXPECT_NE(damaged.err.find("I-90/b.png"), std::string::npos) << damaged.err;
+}
+
 TEST_F(DemosaicCommand, ItsOwnViewsAreAnInputToo) {
   WriteAngles("a", 0.8, 0.3, -0.1);
   ASSERT_EQ(Run().exit_code, 0);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/files.h"
+#include "core/mesh.h"
 #include "program.h"
 #include "toy_scan.h"
 
@@ -62,6 +63,51 @@ TEST_F(MeshCommand, AnStlComesWithAWordOnItsUnitAndIsATruth) {
   }
   EXPECT_NEAR(accuracy[1], accuracy[0], 1e-6);
   EXPECT_NEAR(accuracy[2], accuracy[0], 1e-6);
+}
+
+TEST_F(MeshCommand, WritesOverItsOwnFilesAndNoOthers) {
+  ASSERT_EQ(Run({"--no-refine"}).exit_code, kDone);
+  for (const char* name : {"m.ply", "m.obj", "m.glb"})
+    for (int again = 0; again < 2; ++again)
+      EXPECT_EQ(Run({"--no-refine", "-o", (folder_ / name).string()}).exit_code, kDone) << name;
+  WriteFileAtomically(folder_ / "thesis.obj", "v 0 0 0\n");
+  fs::create_directory(folder_ / "other");
+  fs::copy_file(Scan() / "mesh.ply", folder_ / "other/mesh.ply");
+  WriteFileAtomically(folder_ / "other/scan.json", "{}");
+  for (const fs::path& file : {Scan() / "cloud.ply", folder_ / "thesis.obj", folder_ / "other/mesh.ply"}) {
+    const std::string before = ReadFile(file);
+    const Outcome outcome = Run({"--no-refine", "-o", file.string()});
+    EXPECT_EQ(outcome.exit_code, kFailed) << file;
+    EXPECT_NE(outcome.err.find("this command did not make it: " + file.string()), std::string::npos)
+        << outcome.err;
+    EXPECT_TRUE(ReadFile(file) == before) << file;
+  }
+}
+
+TEST_F(MeshCommand, ReportsAndEvaluationsWriteOverTheirOwnFilesAndNoOthers) {
+  const fs::path page = folder_ / "page.html", pdf = folder_ / "x.pdf", truth = folder_ / "ball.ply";
+  WriteMesh(truth, Ball());
+  const std::vector<std::string> report = {"report", Scan().string(), "-o"},
+                                 evaluate = {"evaluate",     Scan().string(), "--truth",
+                                             truth.string(), "--no-align",    "--html"};
+  for (const auto& command : {report, evaluate}) {
+    const auto run = [&](const fs::path& output) {
+      std::vector<std::string> arguments = command;
+      arguments.push_back(output.string());
+      return RunPolarscan(arguments);
+    };
+    WriteFileAtomically(pdf, "%PDF");
+    for (int again = 0; again < 2; ++again) EXPECT_EQ(run(page).exit_code, kDone) << run(page).err;
+    EXPECT_EQ(run(pdf).exit_code, kFailed);
+    EXPECT_EQ(ReadFile(pdf), "%PDF");
+    fs::remove(page);
+  }
+  WriteFileAtomically(Scan() / "evaluation/notes.txt", "mine");
+  const Outcome outcome =
+      RunPolarscan({"evaluate", Scan().string(), "--truth", truth.string(), "--no-align"});
+  EXPECT_EQ(outcome.exit_code, kDone);
+  EXPECT_NE(outcome.err.find("the result is not kept"), std::string::npos) << outcome.err;
+  EXPECT_EQ(ReadFile(Scan() / "evaluation/notes.txt"), "mine");
 }
 
 TEST_F(MeshCommand, ADryRunWritesNothing) {

@@ -492,6 +492,20 @@ TEST_F(Pipeline, AConfigurationFileSetsOptionsAndTheCommandLineGoesBeforeIt) {
   EXPECT_EQ(RunPolarscan(Command(Folder("other"), {"--config", config.string()})).exit_code, 2);
 }
 
+TEST_F(Pipeline, AScanMovedTogetherWithItsInputGoesOn) {
+  fs::create_directory(Folder("before"));
+  fs::copy(Input(), Folder("before/input"), fs::copy_options::recursive);
+  ASSERT_EQ(RunPolarscan(Command(Folder("before/scan"), {}, Folder("before/input"))).exit_code, 0);
+  const auto before = Results(Folder("before/scan"));
+  fs::rename(Folder("before"), Folder("after"));
+  const Outcome outcome = RunPolarscan(Command(Folder("after/scan"), {}, Folder("after/input")));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("stereo   done before"), std::string::npos) << outcome.err;
+  EXPECT_TRUE(Results(Folder("after/scan")) == before);
+  EXPECT_EQ(ReadJson(Folder("after/scan/scan.json"))["input"], Folder("after/input").string());
+  EXPECT_EQ(RunPolarscan({"sfm", Folder("after/scan").string()}).exit_code, 0) << "poses by their old path";
+}
+
 TEST_F(Pipeline, APresetIsTakenWholeAndWhatElseIsGivenGoesOnTop) {
   const fs::path scan = Folder("scan");
   ASSERT_EQ(RunPolarscan(Command(scan, {"--preset", "paper", "--no-polarization"})).exit_code, 0);

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/check_input.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "acquisition/input_masks.h"
+#include "apps/check_files.h"
+#include "core/error.h"
+#include "stereo/sfm/model.h"
+
+namespace polarscan {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Looked {
+  std::vector<std::string> odd, damage;
+
+  template <class Look>
+  void Try(Look&& look) {
+    try {
+      look();
+    } catch (const Error& error) {
+      damage.push_back(error.what());
+    }
+  }
+};
+
+// What only the options of a command can tell is assumed, so that the rest can be looked at; that it is
+// missing is odd.
+Input Open(const fs::path& folder, Looked& findings) {
+  InputOptions options;
+  try {
+    return OpenInput(folder, options);
+  } catch (const Error& error) {
+    findings.odd.push_back(error.what());
+    for (const int bits : {0, 16}) {
+      options.layout = ToString(Layout()), options.bits = bits;
+      try {
+        return OpenInput(folder, options);
+      } catch (const Error&) {
+      }
+    }
+    throw;
+  }
+}
+
+// Views that the known model has a pose for.
+std::size_t CountPoses(const Input& input) {
+  const SparseModel model = ReadSparseModel(*input.known_model);
+  return std::size_t(std::ranges::count_if(input.views, [&](const InputView& view) {
+    return std::ranges::any_of(model.images, [&](const auto& image) {
+      return fs::path(image.second.name).replace_extension().string() == view.name ||
+             fs::path(image.second.name).stem().string() == view.name;
+    });
+  }));
+}
+
+void LookAtPictures(const Input& input, Looked& findings, Progress& progress) {
+  progress.Begin("looking at the pictures", input.views.size());
+  for (int i = 0; i < int(input.views.size()); ++i) {
+    progress.Check();
+    findings.Try([&] { ReadView(input, i); });
+    progress.Advance();
+  }
+  progress.Check();
+  findings.Try([&] {
+    const std::vector<std::string> odd = CheckMasks(input, progress);
+    findings.odd.insert(findings.odd.end(), odd.begin(), odd.end());
+  });
+}
+
+}  // namespace
+
+void CheckInputFolder(const fs::path& folder, Context& context) {
+  Looked findings;
+  const Input input = Open(folder, findings);
+  const bool assumed = !findings.odd.empty();
+  findings.odd.insert(findings.odd.end(), input.warnings.begin(), input.warnings.end());
+  LookAtPictures(input, findings, context.progress);
+  const auto masks =
+      std::ranges::count_if(input.views, [](const auto& view) { return view.mask.has_value(); });
+  std::size_t poses = 0;
+  if (input.known_model)
+    findings.Try([&] {
+      CheckModel(*input.known_model);
+      poses = CountPoses(input);
+    });
+  std::ranges::sort(findings.damage);
+  findings.damage.erase(std::unique(findings.damage.begin(), findings.damage.end()), findings.damage.end());
+  for (const auto* list : {&findings.damage, &findings.odd})
+    for (const std::string& text : *list) context.progress.Warn(text);
+  for (const std::string& note : input.notes) context.progress.Info(note);
+  context.data_lost = !findings.damage.empty();
+  nlohmann::json result = ToJson(input);
+  result.update({{"path", folder.string()},
+                 {"form", result["kind"]},
+                 {"kind", "input"},
+                 {"width", input.width},
+                 {"height", input.height},
+                 {"poses", poses},
+                 {"sound", findings.damage.empty()},
+                 {"odd", findings.odd},
+                 {"damage", findings.damage}});
+  context.Finish(result, fmt::format("input: {} views of {}x{}, {}{}; masks for {}, poses for {}: {}",
+                                     input.views.size(), input.width, input.height, ToString(input.kind),
+                                     assumed ? " (assumed)" : "", masks, poses,
+                                     findings.damage.empty() ? "sound" : "damaged"));
+}
+
+}  // namespace polarscan

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <filesystem>
+
+#include "apps/command.h"
+
+namespace polarscan {
+
+// `polarscan check` of a folder of pictures (docs/input.md): what form it has, its views, masks and poses,
+// what is odd; reads every picture. Damage is what cannot be read or does not fit. Throws Error if it is no
+// input.
+void CheckInputFolder(const std::filesystem::path& folder, Context& context);
+
+}  // namespace polarscan
