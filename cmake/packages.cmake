@@ -46,7 +46,9 @@ foreach(package polarscan libpolarscan-dev)
 endforeach()
 install(FILES ${CMAKE_BINARY_DIR}/doc/polarscan/copyright ${CMAKE_BINARY_DIR}/doc/polarscan/changelog.gz
   DESTINATION share/doc/polarscan)
-install(DIRECTORY deploy/ DESTINATION share/doc/polarscan/examples USE_SOURCE_PERMISSIONS)
+# Not with the permissions of the sources, which come from the umask of who fetched them.
+install(DIRECTORY deploy/ DESTINATION share/doc/polarscan/examples)
+install(PROGRAMS deploy/slurm/submit-stereo DESTINATION share/doc/polarscan/examples/slurm)
 install(FILES ${CMAKE_BINARY_DIR}/doc/libpolarscan-dev/copyright ${CMAKE_BINARY_DIR}/doc/libpolarscan-dev/changelog.gz
   DESTINATION share/doc/libpolarscan-dev COMPONENT development)
 
