@@ -14,6 +14,16 @@ set(CPACK_PACKAGE_CONTACT "Seed e75a7ce6 maintainers <maintainers@users.noreply.
 set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
+set(CPACK_VERBATIM_VARIABLES ON)
+
+# With Ninja, cpack builds nothing by itself. The libraries come with the program.
+set(packaged polarscan documents polarscan_changelog libpolarscan-dev_changelog)
+if(TARGET python_module)
+  list(APPEND packaged python_module)
+endif()
+list(JOIN packaged " " packaged)
+set(CPACK_INSTALL_COMMANDS "\"${CMAKE_COMMAND}\" --build \"${CMAKE_BINARY_DIR}\" --target ${packaged}")
+
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
   OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
@@ -46,7 +56,10 @@ foreach(package polarscan libpolarscan-dev)
 endforeach()
 install(FILES ${CMAKE_BINARY_DIR}/doc/polarscan/copyright ${CMAKE_BINARY_DIR}/doc/polarscan/changelog.gz
   DESTINATION share/doc/polarscan)
-install(DIRECTORY deploy/ DESTINATION share/doc/polarscan/examples USE_SOURCE_PERMISSIONS)
+# Not with the permissions of the sources, which come from the umask of who fetched them.
+install(DIRECTORY deploy/ DESTINATION share/doc/polarscan/examples
+  DIRECTORY_PERMISSIONS ${CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS})
+install(PROGRAMS deploy/slurm/submit-stereo DESTINATION share/doc/polarscan/examples/slurm)
 install(FILES ${CMAKE_BINARY_DIR}/doc/libpolarscan-dev/copyright ${CMAKE_BINARY_DIR}/doc/libpolarscan-dev/changelog.gz
   DESTINATION share/doc/libpolarscan-dev COMPONENT development)
 
