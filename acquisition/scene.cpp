@@ -16,8 +16,8 @@ namespace {
 constexpr int kPrintSize = 2048, kCoarseFactor = 16;
 constexpr double kSink = 0.003;  // how deep the object stands in the table, so that no light leaks under it
 
-TriangleMesh MakeObject(const SceneOptions& options) {
-  TriangleMesh mesh = options.mesh.empty() ? NamedShape(options.scene) : ReadMesh(options.mesh);
+TriangleMesh MakeObject(const SceneOptions& options, const Progress& progress) {
+  TriangleMesh mesh = options.mesh.empty() ? NamedShape(options.scene, progress) : ReadMesh(options.mesh);
   if (!options.mesh.empty() && options.up == "z") {
     const auto turn = [](Eigen::Vector3d& v) { v = Eigen::Vector3d(v.x(), v.z(), -v.y()); };
     std::for_each(mesh.vertices.begin(), mesh.vertices.end(), turn);
@@ -99,9 +99,10 @@ double Scene::PrintAt(const Eigen::Vector3d& p, const Eigen::Vector3d& normal, b
   return Sample(picture, u - std::floor(u), v - std::floor(v));
 }
 
-Scene MakeScene(const SceneOptions& options) {
+Scene MakeScene(const SceneOptions& options, const Progress& progress) {
   Scene scene;
-  scene.object = MakeObject(options);
+  scene.object = MakeObject(options, progress);
+  progress.Check();
   scene.object_material = {options.ior, options.roughness};
   scene.object_texture = MakeTexture(options);
   scene.has_table = options.table;
@@ -109,7 +110,7 @@ Scene MakeScene(const SceneOptions& options) {
   for (const Eigen::Vector3d& v : scene.object.vertices) lowest = std::min(lowest, v.y());
   scene.table_height = lowest + kSink;
   if (options.table) {
-    scene.print = MakePrint(kPrintSize, options.seed + 2);
+    scene.print = MakePrint(kPrintSize, options.seed + 2, progress);
     scene.coarse_print = Shrink(scene.print, kCoarseFactor);
     if (options.blocks) scene.blocks = MakeBlocks(scene.table_height, options.seed);
     for (const Eigen::Vector3d& v : scene.blocks.vertices) scene.reach = std::max(scene.reach, v.norm());

@@ -48,7 +48,7 @@ struct SceneOptions {
 };
 
 // Throws Error on an unknown name or an unreadable mesh.
-Scene MakeScene(const SceneOptions& options);
+Scene MakeScene(const SceneOptions& options, const Progress& progress = {});
 
 // The table top, facing up, and the blocks.
 TriangleMesh TableMesh(const Scene& scene);

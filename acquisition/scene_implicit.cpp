@@ -30,7 +30,7 @@ struct Grid {
   bool Inside(const Vector3i& i) const { return values[Index(i)] < 0; }
 };
 
-Grid SampleGrid(const Implicit& f, const Eigen::AlignedBox3d& box, int cells) {
+Grid SampleGrid(const Implicit& f, const Eigen::AlignedBox3d& box, int cells, const Progress& progress) {
   Grid grid;
   grid.step = box.sizes().maxCoeff() / cells;
   grid.origin = box.min();
@@ -38,6 +38,7 @@ Grid SampleGrid(const Implicit& f, const Eigen::AlignedBox3d& box, int cells) {
   grid.values.resize(std::size_t(grid.corners.x()) * std::size_t(grid.corners.y()) *
                      std::size_t(grid.corners.z()));
   ParallelFor(0, grid.corners.z(), [&](int z) {
+    progress.Check();
     for (int y = 0; y < grid.corners.y(); ++y)
       for (int x = 0; x < grid.corners.x();) {
         const double value = f(grid.Place({x, y, z}));
@@ -109,8 +110,9 @@ Vector3d MoveOntoSurface(const Implicit& f, Vector3d p, double step) {
 
 }  // namespace
 
-TriangleMesh MeshImplicit(const Implicit& f, const Eigen::AlignedBox3d& box, int cells) {
-  const Grid grid = SampleGrid(f, box, cells);
+TriangleMesh MeshImplicit(const Implicit& f, const Eigen::AlignedBox3d& box, int cells,
+                          const Progress& progress) {
+  const Grid grid = SampleGrid(f, box, cells, progress);
   TriangleMesh mesh;
   std::vector<std::uint32_t> vertex_of_cell(grid.values.size(), kNone);
   const auto for_each = [&grid](int margin, auto&& visit) {
@@ -131,6 +133,7 @@ TriangleMesh MeshImplicit(const Implicit& f, const Eigen::AlignedBox3d& box, int
   });
   mesh.normals.resize(mesh.vertices.size());
   ParallelFor(0, int(mesh.vertices.size()), [&](int i) {
+    progress.Check();
     Vector3d& vertex = mesh.vertices[std::size_t(i)];
     vertex = MoveOntoSurface(f, vertex, grid.step);
     mesh.normals[std::size_t(i)] = Gradient(f, vertex, 1e-3 * grid.step).normalized();

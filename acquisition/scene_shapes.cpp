@@ -69,7 +69,9 @@ double Bear(const Vector3d& p) {
   return Carve(d, p.y() + 0.66, 0.06);  // flat below
 }
 
-TriangleMesh BearMesh() { return MeshImplicit(Bear, {Vector3d(-1, -0.9, -1), Vector3d(1, 1.75, 1.3)}, 160); }
+TriangleMesh BearMesh(const Progress& progress) {
+  return MeshImplicit(Bear, {Vector3d(-1, -0.9, -1), Vector3d(1, 1.75, 1.3)}, 160, progress);
+}
 
 TriangleMesh SphereMesh() {
   const Implicit sphere = [](const Vector3d& p) { return p.norm() - 1; };
@@ -185,8 +187,8 @@ void DropUnusedVertices(TriangleMesh& mesh) {
 
 }  // namespace
 
-TriangleMesh NamedShape(const std::string& name) {
-  if (name == "bear") return BearMesh();
+TriangleMesh NamedShape(const std::string& name, const Progress& progress) {
+  if (name == "bear") return BearMesh(progress);
   if (name == "vase") return VaseMesh();
   if (name == "knot") return KnotMesh();
   if (name == "sphere") return SphereMesh();

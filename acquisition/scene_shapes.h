@@ -4,13 +4,14 @@
 #include <vector>
 
 #include "core/mesh.h"
+#include "core/progress.h"
 
 namespace polarscan {
 
 // Procedural objects, y up, outward, in units of their own (see Normalize): "bear" (a sitting toy), "vase" (a
 // fluted surface of revolution with a mouth), "knot" (a trefoil tube standing on its side), "sphere". Throws
 // Error on another name.
-TriangleMesh NamedShape(const std::string& name);
+TriangleMesh NamedShape(const std::string& name, const Progress& progress = {});
 std::vector<std::string> ShapeNames();
 
 // Drops vertices that no triangle uses, and scales the rest into the unit sphere around the origin (smallest

@@ -114,18 +114,21 @@ double SolidTexture::At(const Eigen::Vector3d& p) const {
   return weight == 0 ? mean : std::clamp(mean + weight * noise.Fractal(5 * p, 4), 0.02, 0.9);
 }
 
-Image<float> MakePrint(int size, std::uint64_t seed) {
+Image<float> MakePrint(int size, std::uint64_t seed, const Progress& progress) {
   const ValueNoise noise(seed);
   Image<float> ground(size / 4, size / 4), picture(size, size);
-  for (int y = 0; y < ground.height(); ++y)
+  for (int y = 0; y < ground.height(); ++y) {
+    progress.Check();
     for (int x = 0; x < ground.width(); ++x) {
       const Eigen::Vector3d p(x * 24.0 / ground.width(), y * 24.0 / ground.height(), 0.5);
       ground(x, y) = 0.26f + 0.05f * float(noise.Fractal(p, 4));
     }
+  }
   for (int y = 0; y < size; ++y)
     for (int x = 0; x < size; ++x) picture(x, y) = Sample(ground, (x + 0.5) / size, (y + 0.5) / size);
   const int marks = size * size / 1300;
   for (int i = 0; i < marks; ++i) {
+    progress.Check();
     Random random(seed, 1, std::uint64_t(i));
     const Mark mark = RandomMark(random);
     Draw(picture, mark, random);

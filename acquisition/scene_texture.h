@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/image.h"
+#include "core/progress.h"
 
 namespace polarscan {
 
@@ -33,7 +34,7 @@ struct SolidTexture {
 
 // A square print full of things that feature detectors like: discs, rings, boxes, triangles and scribbles
 // over noise, as reflectance in 0.03 .. 0.45. `size` pixels a side.
-Image<float> MakePrint(int size, std::uint64_t seed);
+Image<float> MakePrint(int size, std::uint64_t seed, const Progress& progress = {});
 
 // Means of blocks of factor x factor pixels (sizes are multiples of factor).
 Image<float> Shrink(const Image<float>& image, int factor);

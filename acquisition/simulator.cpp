@@ -146,7 +146,7 @@ SimulationSummary Write(const SimulatorOptions& options, bool pictures, const fs
   FrameSettings settings{options.sensor, options.samples, 1, options.seed, 0};
   settings.sensor.layout = ParseLayout(options.layout);
   ParseRings(options.rings);  // what is wrong with the options shows before the folder is touched
-  Scene scene = MakeScene(effective.scene);
+  Scene scene = MakeScene(effective.scene, progress);
   const json set = SetJson(options, settings.sensor, {}, false);
   PrepareFolder(folder, set);
   WriteJson(folder / "set.json", set);

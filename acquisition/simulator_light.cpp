@@ -173,6 +173,7 @@ std::vector<float> LightSolid(const LitScene& lit, const TriangleMesh& mesh, dou
   Smooth(mesh, kRounds, light);
   const std::vector<Beam> all = EvenBeams(lit.scene.environment, kOpenDirections, -1.0, 0.5);
   ParallelFor(0, int(light.size()), [&](int i) {
+    progress.Check();
     light[std::size_t(i)] *= float(OpenLight(mesh.normals[std::size_t(i)], all, ior));
   });
   return light;

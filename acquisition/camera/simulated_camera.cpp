@@ -24,7 +24,7 @@ using Exposure = Image<std::uint16_t>;
 
 std::vector<Exposure> Expose(const SimulatorOptions& options, const SimulatedSensor& sensor,
                              Progress& progress) {
-  const SimulatedShoot shoot = PrepareShoot(MakeScene(options.scene), options, progress);
+  const SimulatedShoot shoot = PrepareShoot(MakeScene(options.scene, progress), options, progress);
   FrameSettings settings{sensor, options.samples, shoot.gain, options.seed, 0};
   settings.sensor.noise = false;
   std::vector<Exposure> exposures;
