@@ -127,7 +127,8 @@ void FindAgreements(const ViewMaps& reference, int x, int y,
     const int place = places[std::size_t(i)];
     const std::size_t before = counts.seen_through;
     auto agreement = Ask(reference, pixel, point, *candidates[std::size_t(i)], limits, counts);
-    if (counts.seen_through > before && std::exchange(through, place) == place) counts.seen_through = before;
+    if (counts.seen_through > before && (place == kOwnPlace || std::exchange(through, place) == place))
+      counts.seen_through = before;
     if (!agreement) continue;
     agreement->view = i, agreement->place = place;
     agreements.push_back(*agreement);
@@ -137,7 +138,8 @@ void FindAgreements(const ViewMaps& reference, int x, int y,
 std::size_t PlacesOf(const std::vector<Agreement>& agreements) {
   std::size_t places = 0;
   int last = kOwnPlace;
-  for (const Agreement& a : agreements) places += std::exchange(last, a.place) != a.place;
+  for (const Agreement& a : agreements)
+    places += a.place != kOwnPlace && std::exchange(last, a.place) != a.place;
   return places;
 }
 

@@ -27,10 +27,10 @@ std::string InWords(const std::map<int, std::vector<std::string>>& groups) {
 
 // Whether `view` shows next to nothing that `first`, from the same place, does not.
 bool ShowsTheSame(const DenseView& view, const DenseView& first) {
-  constexpr int kGrid = 5;  // rays a side of its picture, which end in the middle of its depths
-  for (int i = 0; i < kGrid * kGrid; ++i) {
-    const double u = (i % kGrid + 0.5) * view.camera.width / kGrid,
-                 v = (i / kGrid + 0.5) * view.camera.height / kGrid;
+  constexpr int kSide = 5;  // rays a side of its picture, which end in the middle of its depths
+  for (int i = 0; i < kSide * kSide; ++i) {
+    const double u = (i % kSide + 0.5) * view.camera.width / kSide,
+                 v = (i / kSide + 0.5) * view.camera.height / kSide;
     const Eigen::Vector3d point =
         view.cam_from_world.Inverse() * Eigen::Vector3d(view.depth_min * view.camera.Ray(u, v));
     const Eigen::Vector3d seen = first.cam_from_world * point;

@@ -12,6 +12,7 @@
 #include <cmath>
 #include <csignal>
 #include <memory>
+#include <set>
 #include <thread>
 
 #include "core/files.h"
@@ -529,7 +530,9 @@ TEST_F(Pipeline, AWrongLayoutIsNamedWithItsCureAndARightOneIsNot) {
         << state.at(json::json_pointer("/stages/stereo/counts"));
     const bool said = state.at("warnings").dump().find("do not fit the shape") != std::string::npos;
     EXPECT_EQ(said, *cure != 0);
-    if (*cure) EXPECT_NE(state.at("warnings").dump().find(cure), std::string::npos) << state.at("warnings");
+    if (*cure) {
+      EXPECT_NE(state.at("warnings").dump().find(cure), std::string::npos) << state.at("warnings");
+    }
   }
 }
 
@@ -555,13 +558,17 @@ TEST_F(Pipeline, PosesFarFrom0GiveTheSameCloudInALocalFrameWithItsOffset) {
   PlyElement a = ReadPly(Folder("near scan") / "cloud.ply").at("vertex"),
              b = ReadPly(Folder("far scan") / "cloud.ply").at("vertex");
   EXPECT_NEAR(double(b.count), double(a.count), 0.02 * double(a.count));
-  for (const char* axis : {"x", "y", "z"}) {  // the last digits of the poses differ, and so may a few points
+  // The last digits of the poses differ, so a coarse search finds here and there another depth; single
+  // precision would leave steps of 0.5.
+  constexpr double kPixel = 0.05;
+  for (const char* axis : {"x", "y", "z"}) {
     std::vector<double>&va = a.columns[axis], &vb = b.columns[axis];
     std::ranges::sort(va);
     std::ranges::sort(vb);
     for (const double q : {0.02, 0.25, 0.5, 0.75, 0.98})
-      EXPECT_NEAR(va[std::size_t(q * double(va.size()))], vb[std::size_t(q * double(vb.size()))], 0.01)
+      EXPECT_NEAR(va[std::size_t(q * double(va.size()))], vb[std::size_t(q * double(vb.size()))], kPixel)
           << axis;
+    EXPECT_GT(std::set<double>(vb.begin(), vb.end()).size(), vb.size() * 9 / 10) << axis;
   }
   // The truth in the poses' coordinates, in double precision: the same errors as at 0.
   const TriangleMesh ball = Ball();
