@@ -227,9 +227,8 @@ OptionTable Table(SfmOptions& o) {
       {"min-registered", &o.min_registered, "share of views that must be placed", "", 0, 1},
       {"sfm-masks",
        &o.masks,
-       "features that poses are taken from where there are masks: all (no), those inside (yes), or (auto) "
-       "all "
-       "but what stands still outside while the object turns, and only those inside if that fails",
+       "features that poses are taken from where there are masks: all (no), those inside (yes), or all but "
+       "what stands still outside while the object turns, and those inside if that fails (auto)",
        "",
        0,
        0,

@@ -204,11 +204,11 @@ TEST_F(Sfm, NoModelNamesTheCauses) {
 TEST_F(Sfm, TheLargestOfSeveralModelsIsTaken) {
   SparseModel with_points = Registered(1, 10);
   for (auto& [id, image] : with_points.images) image.observations.resize(1);
-  with_points.points[4] = {{0, 0, 0}, {}, 0.4, {{11, 0}, {12, 0}}};
+  for (const std::uint64_t id : {4u, 5u}) with_points.points[id] = {{0, 0, 0}, {}, 0.4, {{12, 0}, {13, 0}}};
   colmap().MapperWrites({Registered(0, 3), Registered(1, 10), with_points, Registered(5, 10)});
   const SparseModel model = Run();
   EXPECT_EQ(model.images.size(), 9u);
-  EXPECT_EQ(model.points.size(), 1u);
+  EXPECT_EQ(model.points.size(), 2u);
   EXPECT_TRUE(progress.Heard("1 of 10 views could not be placed"));
 }
 
