@@ -294,10 +294,10 @@ Input OpenInput(const fs::path& folder, const InputOptions& given, Progress& pro
   return input;
 }
 
-Input OpenInputs(const std::vector<fs::path>& folders, const InputOptions& options) {
-  if (folders.size() == 1) return OpenInput(folders[0], options);
+Input OpenInputs(const std::vector<fs::path>& folders, const InputOptions& options, Progress& progress) {
+  if (folders.size() == 1) return OpenInput(folders[0], options, progress);
   Input all;
-  for (const fs::path& folder : folders) all.parts.push_back(OpenInput(folder, options));
+  for (const fs::path& folder : folders) all.parts.push_back(OpenInput(folder, options, progress));
   const Input& first = all.parts[0];
   all.folder = first.folder, all.kind = first.kind, all.width = first.width, all.height = first.height;
   const std::vector<std::string> labels = LabelsOf(folders);

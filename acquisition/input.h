@@ -108,7 +108,8 @@ Input OpenInput(const std::filesystem::path& folder, const InputOptions& options
 // One set from several folders. Where two have views of the same name, every view's begins with its folder's
 // name. Known poses are not used: each folder's have a frame of their own. Throws Error also if only some of
 // the folders know polarization.
-Input OpenInputs(const std::vector<std::filesystem::path>& folders, const InputOptions& options);
+Input OpenInputs(const std::vector<std::filesystem::path>& folders, const InputOptions& options,
+                 Progress& progress);
 
 // Warns of what is odd and says what was assumed.
 void TellNotes(const Input& input, Progress& progress);

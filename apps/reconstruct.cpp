@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "apps/stages.h"
+#include "core/error.h"
 #include "core/files.h"
 
 namespace polarscan {
@@ -24,14 +25,20 @@ struct Arguments {
   MeshOptions mesh;
 };
 
-// The whole pipeline, one line a stage.
+// The whole pipeline, one line a stage. Where the pictures do not make a cloud or a mesh the report says why,
+// and what to shoot next.
 void RunStages(Scan& scan, const Input& input, const Arguments& a) {
   RunViews(scan, input, a.demosaic);
   RunSfm(scan, input.known_model, WithMasksOf(a.sfm, a.dense));
   RunDense(scan, a.dense);
   RunStereo(scan, a.stereo);
-  RunFusion(scan, a.fusion);
-  if (a.make_mesh) RunMesh(scan, a.mesh);
+  try {
+    RunFusion(scan, a.fusion);
+    if (a.make_mesh) RunMesh(scan, a.mesh);
+  } catch (const NothingFound&) {
+    RunReport(scan);
+    throw;
+  }
   RunReport(scan);
 }
 
@@ -94,7 +101,7 @@ std::uint64_t FingerprintOf(const std::vector<fs::path>& inputs, const fs::path&
 }
 
 void Reconstruct(const Arguments& a, Context& context) {
-  const Input input = OpenInputs(a.inputs, a.meaning);
+  const Input input = OpenInputs(a.inputs, a.meaning, context.progress);
   context.progress.Info(fmt::format("{} views, {}", input.views.size(), ToString(input.kind)));
   Progress silent;  // what is only odd the stage says itself
   CheckKnownPoses(input, a.dry_run ? context.progress : silent);

@@ -17,9 +17,9 @@ namespace polarscan {
 
 // Messages and progress on stderr. On a terminal the current step is one line that is redrawn in place, with
 // its rate and remaining time, as much of it as the terminal is wide; elsewhere (a file, a pipe, TERM=dumb) a
-// plain line now and then. Both go on while a step says nothing of itself, so that nobody takes a long one for
-// a hang. Colours only on a terminal and without NO_COLOR. Warnings are kept until they are taken (they end up
-// in scan.json).
+// plain line now and then. Both go on while a step says nothing of itself, so that nobody takes a long one
+// for a hang. Colours only on a terminal and without NO_COLOR. Warnings are kept until they are taken (they
+// end up in scan.json).
 class Terminal : public Progress {
  public:
   enum class Level { kQuiet, kNormal, kVerbose };  // quiet: warnings and errors only

@@ -65,8 +65,8 @@ class Camera {
 // The cameras that can be opened now. Never throws because one backend fails.
 std::vector<CameraInfo> ListCameras();
 
-// id: of a CameraInfo; a GigE or USB3 Vision camera also by its serial number or address. Throws NoSuchCamera,
-// or Error if it cannot be used.
+// id: of a CameraInfo; a GigE or USB3 Vision camera also by its serial number or address. Throws
+// NoSuchCamera, or Error if it cannot be used.
 std::unique_ptr<Camera> OpenCamera(const std::string& id, std::uint64_t seed = 0);
 
 }  // namespace polarscan

@@ -341,7 +341,8 @@ TEST_F(InputFormsTest, SeveralFoldersAreOneSetAndEachMeansWhatItSays) {
   File("monday/set.json", R"({"sensor": {"layout": "90 45 / 135 0", "black_dn": 5}})");
   File("tuesday/set.json", R"({"sensor": {"layout": "0 45 / 135 90"}})");
   fs::create_directories(folder_ / "monday/sparse");
-  const Input input = OpenInputs({folder_ / "monday", folder_ / "tuesday"}, {});
+  Progress silent;
+  const Input input = OpenInputs({folder_ / "monday", folder_ / "tuesday"}, {}, silent);
   EXPECT_EQ(ViewNames(input), (NameList{"monday-a", "tuesday-a", "tuesday-b"}));
   EXPECT_EQ(ValueOf(input, 1), 20);
   EXPECT_EQ(ReadView(input, 2).name, "tuesday-b");
@@ -350,10 +351,10 @@ TEST_F(InputFormsTest, SeveralFoldersAreOneSetAndEachMeansWhatItSays) {
   EXPECT_EQ(input.Source(2).second, 1);
   EXPECT_FALSE(input.known_model);
   EXPECT_HOLDS(Joined(input.warnings), "known poses");
-  EXPECT_NE(Meaning(input), Meaning(OpenInputs({folder_ / "tuesday", folder_ / "monday"}, {})));
+  EXPECT_NE(Meaning(input), Meaning(OpenInputs({folder_ / "tuesday", folder_ / "monday"}, {}, silent)));
 
   Colour("photos/c.png");
-  EXPECT_THROW(OpenInputs({folder_ / "monday", folder_ / "photos"}, {}), Error);
+  EXPECT_THROW(OpenInputs({folder_ / "monday", folder_ / "photos"}, {}, silent), Error);
 }
 
 }  // namespace
