@@ -63,13 +63,14 @@ int ColumnsOf(char32_t c) {
   struct Range {
     char32_t first, last;
   };
-  constexpr Range kNone[] = {{0, 0x1f},        {0x7f, 0x9f},     {0x300, 0x36f},
-                             {0x200b, 0x200f}, {0x20d0, 0x20ff}, {0xfe00, 0xfe0f}};
-  constexpr Range kTwo[] = {{0x1100, 0x115f},   {0x2e80, 0x303e},   {0x3041, 0xa4cf},  {0xac00, 0xd7a3},
-                            {0xf900, 0xfaff},   {0xfe30, 0xfe6f},   {0xff00, 0xff60},  {0xffe0, 0xffe6},
-                            {0x1f300, 0x1f64f}, {0x1f900, 0x1f9ff}, {0x20000, 0x3fffd}};
+  constexpr Range kNoColumn[] = {{0, 0x1f},        {0x7f, 0x9f},     {0x300, 0x36f},
+                                 {0x200b, 0x200f}, {0x20d0, 0x20ff}, {0xfe00, 0xfe0f}};
+  constexpr Range kTwoColumns[] = {{0x1100, 0x115f},   {0x2e80, 0x303e},  {0x3041, 0xa4cf},
+                                   {0xac00, 0xd7a3},   {0xf900, 0xfaff},  {0xfe30, 0xfe6f},
+                                   {0xff00, 0xff60},   {0xffe0, 0xffe6},  {0x1f300, 0x1f64f},
+                                   {0x1f900, 0x1f9ff}, {0x20000, 0x3fffd}};
   const auto holds = [c](const Range& range) { return c >= range.first && c <= range.last; };
-  return std::ranges::any_of(kNone, holds) ? 0 : std::ranges::any_of(kTwo, holds) ? 2 : 1;
+  return std::ranges::any_of(kNoColumn, holds) ? 0 : std::ranges::any_of(kTwoColumns, holds) ? 2 : 1;
 }
 
 // Symbols ("MB") have none.
