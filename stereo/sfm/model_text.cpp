@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/words.h"
 #include "stereo/sfm/camera_models.h"
 #include "stereo/sfm/model_files.h"
 #include "stereo/sfm/view_list.h"
@@ -100,8 +101,8 @@ class Lines {
     words_.erase(comment, words_.end());
   }
   [[noreturn]] void Fail(const std::string& why = "it cannot be read") const {
-    const std::string_view shown = line_.substr(0, std::min(line_.find('\r'), std::size_t(80)));
-    throw Error(fmt::format("line {} of the COLMAP model is not right: {} (\"{}\")", number_, why, shown),
+    throw Error(fmt::format("line {} of the COLMAP model is not right: {} (\"{}\")", number_, why,
+                            Excerpt(line_.substr(0, line_.find('\r')))),
                 path_.string(), fmt::format("Mind: {}", form_));
   }
 

@@ -155,6 +155,31 @@ std::size_t CountUnplaced(const std::vector<SparseModel>& models, const std::vec
   return views.size() - placed.size();
 }
 
+// The pictures of the largest part that hangs together by pairs with as many matches as COLMAP needs to place
+// one picture by another.
+std::size_t LargestPart(const std::map<std::string, DatabaseImage>& images) {
+  constexpr int kEnough = 30;
+  std::set<std::string> reached;
+  std::size_t largest = 0;
+  for (const auto& [first, unused] : images) {
+    std::vector<std::string> part;
+    if (reached.insert(first).second) part.push_back(first);
+    for (std::size_t i = 0; i < part.size(); ++i)
+      for (const auto& [partner, matches] : images.at(part[i]).partners)
+        if (matches >= kEnough && images.contains(partner) && reached.insert(partner).second)
+          part.push_back(partner);
+    largest = std::max(largest, part.size());
+  }
+  return largest;
+}
+
+// The least size of a model in the first attempts: COLMAP makes smaller ones again and again and throws them
+// away, which where all parts are small takes long and leaves nothing.
+int LeastPart(const Mapping& m) {
+  const int usual = MappingAttempt().least;
+  return LargestPart(ReadDatabase(m)) < std::min(std::size_t(usual), m.views.size()) ? kSmallPart : usual;
+}
+
 // Tries what costs little first: as asked; then all pairs, if only neighbours were matched; then lower
 // thresholds; then small parts too; then only what is inside of masks; then other focal lengths.
 SparseModel EstimateByColmap(const Mapping& m, Evidence& evidence) {
@@ -163,7 +188,8 @@ SparseModel EstimateByColmap(const Mapping& m, Evidence& evidence) {
   const bool few = m.views.size() <= kExhaustiveLimit;
   std::string matcher = !automatic ? m.options.matcher : few ? "exhaustive" : "sequential";
   MatchMaskedFeatures(m, matcher);
-  std::vector<SparseModel> found = MapViews(m, {"first"});
+  int least = LeastPart(m);
+  std::vector<SparseModel> found = MapViews(m, {.name = "first", .least = least});
   const auto is_good = [&] { return RegisteredShare(BestOf(found), m.views) >= kGoodShare; };
   const auto improve = [&](const MappingAttempt& attempt) {
     m.progress.Info(
@@ -174,10 +200,11 @@ SparseModel EstimateByColmap(const Mapping& m, Evidence& evidence) {
   };
   if (!is_good() && automatic && !few) {
     MatchFeatures(m, matcher = "exhaustive");
-    improve({"all-pairs"});
+    least = LeastPart(m);
+    improve({.name = "all-pairs", .least = least});
   }
-  if (!is_good()) improve({.name = "lenient", .lenient = true});
-  if (!is_good() && CountUnplaced(found, m.views) >= std::size_t(kSmallPart))
+  if (!is_good()) improve({.name = "lenient", .lenient = true, .least = least});
+  if (!is_good() && least > kSmallPart && CountUnplaced(found, m.views) >= std::size_t(kSmallPart))
     improve({.name = "parts", .least = kSmallPart});
   evidence = {.images = ReadDatabase(m), .masked = m.options.masks == "yes"};
   if (!IsSound(m, found)) evidence.still_background = MeasureVerifiedStillness(m).IsBackground();

@@ -219,7 +219,7 @@ void JudgePoses(const SparseModel& model, const std::vector<View>& views, const 
 void JudgeKnownPoses(const SparseModel& model, const std::string& where, Progress& progress) {
   double farthest = 0;
   for (const auto& [id, image] : model.images)
-    farthest = std::max(farthest, image.cam_from_world.Center().norm());
+    farthest = std::max(farthest, (image.cam_from_world.Center() + model.offset).norm());
   if (Extent(model) <= 1e-12 * farthest)
     throw Error("all cameras of the known poses stand at one place", where,
                 "Depth needs views from several places. Poses are cam_from_world: the translation is not the "

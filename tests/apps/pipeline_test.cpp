@@ -247,6 +247,7 @@ TEST_F(Pipeline, WhatIsWrongWithKnownPosesShowsBeforeAnythingIsMadeAlsoInADryRun
   const fs::path input = Folder("input"), images = input / "sparse/0/images.txt";
   fs::copy(Input(), input, fs::copy_options::recursive);
   fs::remove_all(input / "sparse");
+  fs::create_directory(input / "sparse");
   fs::copy(Input() / "sparse", input / "sparse/0", fs::copy_options::recursive);
   EXPECT_EQ(Plan(Command(Folder("scan"), {}, input)).at("sfm"), "it was not made yet") << "one folder down";
 

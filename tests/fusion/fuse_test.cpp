@@ -346,7 +346,8 @@ TEST(Fusion, AgreementIsCountedByPlacesAndNotByPictures) {
     WriteSphere(workspace);
     Listener listener;
     FuseCloud(workspace, folder.path() / "cloud.ply", {}, listener);
-    for (const double views : ReadCloud(folder.path() / "cloud.ply").vertex.columns["views"]) {
+    Cloud cloud = ReadCloud(folder.path() / "cloud.ply");
+    for (const double views : cloud.vertex.columns["views"]) {
       ASSERT_LE(views, places);
       ASSERT_GE(views, std::min(places, 3));
     }

@@ -411,8 +411,14 @@ TEST_F(Sfm, KnownPosesOfPicturesInFoldersMatchTheNamesOfTheirViews) {
   given.images[11].name = "cam1/0.jpg";
   given.images[12].name = "cam2/0.jpg";
   given.images[13].name = "images/cam3/0.jpg";
+  given.images[14] = given.images[13];
+  given.images[14].id = 14, given.images[14].name = "elsewhere.jpg";
   const auto select = [&](const std::string& name) {
-    return SelectKnownPoses(given, {{name, 120, 100}}, "the model").images.begin()->first;
+    const SparseModel kept =
+        SelectKnownPoses(given, {{name, 120, 100}, {"elsewhere", 120, 100}}, "the model");
+    for (const auto& [id, image] : kept.images)
+      if (image.name == name + ".png") return id;
+    return 0u;
   };
   EXPECT_EQ(select("cam2-0"), 12u);
   EXPECT_EQ(select("cam3-0"), 13u);
