@@ -14,7 +14,6 @@
 #include "acquisition/session/session_writer.h"
 #include "apps/capture_screen.h"
 #include "apps/command.h"
-#include "apps/interrupt.h"
 #include "core/words.h"
 
 namespace polarscan {
@@ -145,7 +144,6 @@ void Run(const Arguments& a, const nlohmann::json& sensor, Context& context) {
     const CaptureHooks::Key key = keyboard ? keyboard->Pressed() : CaptureHooks::Key::kNone;
     return key == CaptureHooks::Key::kNone && preview ? preview->Pressed() : key;
   };
-  EndInItsOwnTime();
   const CaptureStatus status = Capture(*camera, a.session, sensor, a.options, hooks, context.progress);
   context.data_lost = status.counts.lost + status.counts.dropped > 0;
   nlohmann::json result = ToJson(status.counts);

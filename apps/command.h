@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "apps/interrupt.h"
 #include "apps/terminal.h"
 #include "core/error.h"
 #include "core/options.h"
@@ -57,10 +58,11 @@ CLI::Validator IsBetween(double min, double max);
 // preset.
 nlohmann::json GivenOptions(const CLI::App& command, const OptionTable& table);
 
-// Does work that nothing is left of when it is stopped: `left` then says what there is instead of advice to
-// go on.
+// Does work that nothing is left of when it is stopped, for which it gets the time that it needs: `left` then
+// says what there is instead of advice to go on.
 template <class Work>
 void DoWhole(const std::string& left, Work&& work) {
+  EndInItsOwnTime();
   try {
     work();
   } catch (const Cancelled&) {

@@ -9,7 +9,8 @@ namespace polarscan {
 // is ended with exit code 1: everything on disk survives a kill at any moment (docs/trust.md).
 void StopOnInterrupt(Progress& progress);
 
-// Not so for what must end in its own time: a camera's frames that were taken and are not stored yet.
+// Not so for what must end in its own time: a camera's frames that were taken and are not stored yet, files
+// that are of no use alone.
 void EndInItsOwnTime();
 
 }  // namespace polarscan
