@@ -14,6 +14,7 @@
 #include "core/error.h"
 #include "core/image_io.h"
 #include "core/view_name.h"
+#include "core/words.h"
 
 namespace polarscan {
 namespace {
@@ -46,6 +47,10 @@ void AddPictures(const fs::path& folder, const fs::path& top, int depth, Picture
       AddPictures(path, top, depth + 1, files);
     if (!entry.is_regular_file() || !IsPictureName(path) || path.filename().string().starts_with('.'))
       continue;
+    if (!IsUtf8(path.filename().string()))
+      throw Error("the name of a picture is not UTF-8, as an old disk's may be",
+                  fmt::format("{} in {}", Excerpt(path.filename().string()), folder.string()),
+                  "Rename it (convmv -f latin1 -t utf8 renames many)");
     const auto [at, is_new] = files.emplace(ViewName(path.lexically_relative(top)), path);
     if (!is_new)
       throw Error("two pictures have the same name",

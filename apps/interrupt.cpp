@@ -40,7 +40,7 @@ void EndWhatDoesNotStop() {
 
 }  // namespace
 
-void StopOnInterrupt(Progress& progress) {
+StopOnInterrupt::StopOnInterrupt(Progress& progress) {
   interruptible = &progress;
   sem_init(&interrupted, 0, 0);
   std::thread(EndWhatDoesNotStop).detach();
@@ -49,6 +49,12 @@ void StopOnInterrupt(Progress& progress) {
   action.sa_flags = int(SA_RESETHAND);
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+}
+
+StopOnInterrupt::~StopOnInterrupt() {
+  std::signal(SIGINT, SIG_IGN);
+  std::signal(SIGTERM, SIG_IGN);
+  interruptible = nullptr;
 }
 
 void EndInItsOwnTime() { in_its_own_time = true; }

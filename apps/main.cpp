@@ -129,7 +129,7 @@ int Run(int argc, char** argv) {
       threads.emplace(tbb::global_control::max_allowed_parallelism, std::size_t(options.threads));
   });
 
-  StopOnInterrupt(terminal);
+  const StopOnInterrupt interrupts(terminal);
   LimitMemory();
   try {
     app.parse(argc, argv);

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "apps/stages.h"
+#include "core/error.h"
 #include "core/files.h"
 #include "fusion/mesh_files.h"
 
@@ -35,6 +36,11 @@ void Run(const MeshArguments& arguments, Context& context) {
   if (!arguments.output.empty()) {
     CheckMeshFileName(arguments.output);
     RequireFreeOutput(arguments);
+    const fs::path below =
+        fs::weakly_canonical(arguments.output).lexically_relative(fs::weakly_canonical(arguments.scan));
+    if (!below.empty() && *below.begin() != "..")
+      throw Error("this lies in the scan, whose files are the stages' own", arguments.output.string(),
+                  "Without -o the mesh is SCAN/mesh.ply; give -o a name elsewhere");
   }
   Scan scan = Scan::Open(arguments.scan, context.progress);
   scan.ContinueAfter("fusion");

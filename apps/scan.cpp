@@ -378,7 +378,10 @@ void Scan::RecordAgain(const std::string& stage) {
 
 std::vector<ScanFinding> Scan::Check() const {
   std::vector<ScanFinding> findings;
+  const bool any = state_.contains("stages");
   for (const std::string& stage : StageNames()) {
+    if (!any && !FilesBelow(folder_ / OutputsOf(stage).front()).empty())
+      findings.push_back({stage, "", "its files are there, but scan.json knows of no stage"});
     const nlohmann::json record = StageRecord(state_, stage);
     if (record.value("state", "") != "done") continue;
     const FileSums& recorded = checksums_.Recorded(stage);

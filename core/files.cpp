@@ -50,10 +50,14 @@ void ThrowSystemError(const std::string& what, const std::filesystem::path& path
 }
 
 std::string ReadFile(const std::filesystem::path& path) {
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  const Descriptor file(
+      ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));  // of a pipe: without waiting
   struct stat info {};
   if (file.fd < 0 || ::fstat(file.fd, &info) != 0) ThrowSystemError("cannot read the file", path);
-  if (S_ISDIR(info.st_mode)) throw Error("a file was expected, this is a folder", path.string());
+  if (S_ISDIR(info.st_mode))
+    throw Error("a file was expected, this is a folder", path.string(), "Name a file in it");
+  if (!S_ISREG(info.st_mode))
+    throw Error("this is a pipe or a device", path.string(), "Copy what it gives to a file first");
   std::string bytes;
   bytes.reserve(std::size_t(info.st_size));
   char buffer[1 << 16];

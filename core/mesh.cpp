@@ -150,7 +150,9 @@ double TriangleDistance(const Eigen::Vector3d& p, const Eigen::Vector3d& a, cons
   return std::min({SegmentDistance(p, a, b), SegmentDistance(p, b, c), SegmentDistance(p, c, a)});
 }
 
-TriangleMesh ReadMesh(const std::filesystem::path& path) {
+namespace {
+
+TriangleMesh ReadAnyMesh(const std::filesystem::path& path) {
   std::string ending = path.extension().string();
   std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return char(std::tolower(c)); });
   if (ending != ".stl" && ending != ".obj") return ReadPlyMesh(path);
@@ -160,6 +162,18 @@ TriangleMesh ReadMesh(const std::filesystem::path& path) {
   if (corners.points.empty())
     throw Error("there are no faces in this mesh", path.string(), "Export it again");
   return Weld(corners);
+}
+
+}  // namespace
+
+TriangleMesh ReadMesh(const std::filesystem::path& path) {
+  constexpr double kFarthest = 1e15;  // what rays are cast at in single precision must have a square
+  TriangleMesh mesh = ReadAnyMesh(path);
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+    if (!(mesh.vertices[v].cwiseAbs().maxCoeff() < kFarthest))
+      throw Error(fmt::format("vertex {} of this mesh is too far from 0", v + 1), path.string(),
+                  kExportAgain);
+  return mesh;
 }
 
 void WriteMesh(const std::filesystem::path& path, const TriangleMesh& mesh) {

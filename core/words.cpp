@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 namespace polarscan {
 namespace {
@@ -50,10 +51,20 @@ std::string NearestName(const std::string& name, const std::vector<std::string>&
   return longer == names.end() ? "" : *longer;
 }
 
+bool IsUtf8(const std::string& text) {
+  try {
+    nlohmann::json(text).dump();  // refuses what is not
+    return true;
+  } catch (const nlohmann::json::exception&) {
+    return false;
+  }
+}
+
 std::string Excerpt(std::string_view text) {
   std::string excerpt(text.substr(0, 40));
+  const bool letters = IsUtf8(excerpt);
   std::ranges::replace_if(
-      excerpt, [](unsigned char c) { return c < 32 || c == 127; }, '?');
+      excerpt, [letters](unsigned char c) { return c < 32 || c == 127 || (c > 127 && !letters); }, '?');
   return text.size() > 40 ? excerpt + "..." : excerpt;
 }
 

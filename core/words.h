@@ -16,6 +16,8 @@ std::string RangeText(double min, double max, bool whole);
 // name holds it. Empty if none is near.
 std::string NearestName(const std::string& name, const std::vector<std::string>& names);
 
+bool IsUtf8(const std::string& text);
+
 // Of a file's text, for a message: at most 40 bytes of it, and '?' for what cannot be shown.
 std::string Excerpt(std::string_view text);
 

@@ -3,11 +3,11 @@
 
 #include <fmt/format.h>
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "demosaic/fused_rows.h"
 #include "demosaic/linear.h"
 #include "demosaic/reflect.h"
@@ -73,7 +73,7 @@ class FusedDemosaic::Implementation {
     for (Image<float>* plane : {&planes.s0, &planes.s1, &planes.s2}) Resize(*plane);
     if (angles) Resize(planes.dop), Resize(planes.aop);
     const int bands = (height_ + kBandRows - 1) / kBandRows;
-    tbb::parallel_for(0, bands, [&](int band) {
+    ParallelFor(0, bands, [&](int band) {
       Floats& scratch = scratch_.local();
       scratch.resize(band_size_ * (method_ == "difference" ? 9 : 1));
       RunBand(bytes, stride, band * kBandRows, std::min(height_, (band + 1) * kBandRows), scratch, planes,
