@@ -130,7 +130,7 @@ void AddSessionNotes(Input& input) {
   const FrameCounts& counts = input.session->info.counts;
   if (counts.lost + counts.dropped > 0) input.notes.push_back("the session: " + Describe(counts));
   for (const std::string& damage : input.session->damage)
-    input.notes.push_back("the session is damaged: " + damage);
+    input.warnings.push_back("the session is damaged: " + damage);
 }
 
 // Damaged frames are left out here, so that what is whole can be used.
@@ -333,6 +333,10 @@ std::pair<const Input*, int> Input::Source(int view) const {
 void TellNotes(const Input& input, Progress& progress) {
   for (const std::string& warning : input.warnings) progress.Warn(warning);
   for (const std::string& note : input.notes) input.polarized() ? progress.Info(note) : progress.Warn(note);
+}
+
+bool Input::damaged() const {
+  return (session && !session->damage.empty()) || std::ranges::any_of(parts, &Input::damaged);
 }
 
 const MosaicCorrection& Input::correction() const {

@@ -33,6 +33,7 @@ void Run(const DemosaicCommand& command, Context& context) {
   RequireElsewhere(input, command.views);
   RequireFree(command.views, [&] { return IsViewFolder(command.views); });
   MakeStokesViews(input, command.views, command.options, context.progress, command.pictures);
+  context.data_lost = input.damaged();
   context.Finish({{"input", ToJson(input)}, {"views", input.views.size()}, {"folder", command.views}},
                  fmt::format("{} view{} in {}{}", input.views.size(), input.views.size() == 1 ? "" : "s",
                              command.views, command.pictures ? "; pictures to look at in pictures/" : ""));

@@ -103,13 +103,14 @@ std::uint64_t FingerprintOf(const std::vector<fs::path>& inputs, const fs::path&
 void Reconstruct(const Arguments& a, Context& context) {
   const Input input = OpenInputs(a.inputs, a.meaning, context.progress);
   context.progress.Info(fmt::format("{} views, {}", input.views.size(), ToString(input.kind)));
+  if (a.dry_run) TellNotes(input, context.progress);
   Progress silent;  // what is only odd the stage says itself
   CheckKnownPoses(input, a.dry_run ? context.progress : silent);
   const auto open = a.dry_run ? Scan::Plan : Scan::OpenOrCreate;
   Scan scan = open(a.scan, NameOf(a.inputs), FingerprintOf(a.inputs, a.scan), context.progress);
   RunStages(scan, input, a);
+  context.data_lost = input.damaged() || MapsWereDamaged(scan);
   if (a.dry_run) return ShowPlan(scan, StereoTime(input, a), a.stereo.preset, context);
-  context.data_lost = MapsWereDamaged(scan);
   context.Finish(scan.state(),
                  fmt::format("cloud:  {}\n{}report: {}", scan.cloud().string(),
                              a.make_mesh ? fmt::format("mesh:   {}\n", scan.mesh().string()) : "",
