@@ -15,8 +15,9 @@ function fillTiles() {
     tile("Views with a pose", count(views.registered), views.total ? "of " + count(views.total) : "");
   else tile("Views", count(views.total ?? data.views.length));
   if (scan.mesh?.faces) tile("Mesh faces", ...short(scan.mesh.faces));
-  const polarized = data.dop_full > 0 || views.polarized === true;
-  tile("Polarization", polarized ? "Yes" : "No", data.dop_full ? "DoP to " + plain(data.dop_full) : "");
+  const polarized = views.polarized ?? data.dop_full > 0;
+  if (polarized && scan.options?.stereo?.polarization === false) tile("Polarization", "Not used", "(--no-polarization)");
+  else tile("Polarization", polarized ? "Yes" : "No", polarized && data.dop_full ? "DoP to " + plain(data.dop_full) : "");
   const depths = data.views.filter((view) => view.depth);
   if (depths.length)
     tile("Pixels with depth", plain((100 * depths.reduce((sum, view) => sum + view.depth.share, 0)) / depths.length), "%");
