@@ -111,6 +111,9 @@ void Reconstruct(const Arguments& a, Context& context) {
   RunStages(scan, input, a);
   context.data_lost = input.damaged() || MapsWereDamaged(scan);
   if (a.dry_run) return ShowPlan(scan, StereoTime(input, a), a.stereo.preset, context);
+  if (!a.make_mesh && fs::exists(scan.mesh()) && IsOutOfDate(scan.state(), "mesh", "fusion"))
+    context.progress.Warn(fmt::format("{} is of an earlier cloud; polarscan mesh {} makes it anew",
+                                      scan.mesh().string(), a.scan.string()));
   context.Finish(scan.state(),
                  fmt::format("cloud:  {}\n{}report: {}", scan.cloud().string(),
                              a.make_mesh ? fmt::format("mesh:   {}\n", scan.mesh().string()) : "",

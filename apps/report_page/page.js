@@ -14,7 +14,7 @@ function fillTiles() {
   if (views.registered !== undefined)
     tile("Views with a pose", count(views.registered), views.total ? "of " + count(views.total) : "");
   else tile("Views", count(views.total ?? data.views.length));
-  if (scan.mesh?.faces) tile("Mesh faces", ...short(scan.mesh.faces));
+  if (scan.mesh?.faces && data.mesh) tile("Mesh faces", ...short(scan.mesh.faces));
   const polarized = views.polarized ?? data.dop_full > 0;
   if (polarized && scan.options?.stereo?.polarization === false) tile("Polarization", "Not used", "(--no-polarization)");
   else tile("Polarization", polarized ? "Yes" : "No", polarized && data.dop_full ? "DoP to " + plain(data.dop_full) : "");
