@@ -13,6 +13,7 @@
 #include "acquisition/input_untaken.h"
 #include "acquisition/session/session_views.h"
 #include "core/error.h"
+#include "core/files.h"
 #include "core/picture_tags.h"
 
 namespace polarscan {
@@ -142,6 +143,19 @@ void OpenSessionInput(Input& input, Progress& progress) {
   if (input.views.empty()) throw Error("there are no whole frames in this session", input.folder.string());
 }
 
+// A scan's folder holds pictures, too, but those of others are meant.
+void RequireNoScan(const fs::path& folder) {
+  const fs::path file = folder / "scan.json";
+  if (!fs::exists(file)) return;
+  std::string input;
+  try {
+    input = ReadJson(file).value("input", "");
+  } catch (const std::exception&) {  // damaged: it is a scan all the same
+  }
+  throw Error(fmt::format("this is a scan{}, no folder of pictures", input.empty() ? "" : " of " + input),
+              folder.string(), input.empty() ? "Give the folder of its pictures" : "Give " + input);
+}
+
 void OpenPictures(Input& input, const InputOptions& options) {
   input.kind = RecognizeKind(input.folder, options);
   FindViews(options.angles, input);
@@ -269,6 +283,7 @@ Input OpenInput(const fs::path& folder, const InputOptions& given) {
 
 Input OpenInput(const fs::path& folder, const InputOptions& given, Progress& progress) {
   RequireFolder(folder);
+  RequireNoScan(folder);
   std::shared_ptr<const Calibration> calibration = FindCalibration(given, folder);
   const InputOptions options = WithCalibratedSensor(
       WithSetJson(WithCalibratedNoise(given, calibration.get()), folder), calibration.get());

@@ -174,6 +174,14 @@ TEST_F(DemosaicCommand, OverwritesNeitherItsInputNorAnyFilesButItsOwn) {
   EXPECT_EQ(ReadFile(Views() / "b.png"), "mine, among the views");
 }
 
+TEST_F(DemosaicCommand, AScanIsNoFolderOfPicturesAndItsInputIsNamed) {
+  WriteAngles("a", 0.8, 0.3, 0);
+  WriteJson(Input() / "scan.json", {{"input", "/data/cup"}, {"stages", nlohmann::json::object()}});
+  const Outcome outcome = Run();
+  EXPECT_EQ(outcome.exit_code, kFailed);
+  EXPECT_NE(outcome.err.find("this is a scan of /data/cup"), std::string::npos) << outcome.err;
+}
+
 TEST_F(DemosaicCommand, NoCommandWritesIntoAFolderOfOtherFiles) {
   const std::string mosaics = (folder_ / "mosaics").string(), foreign = (folder_ / "foreign").string();
   WritePng(folder_ / "mosaics/mosaic/a.png", Image<std::uint8_t>(40, 32, 9));
