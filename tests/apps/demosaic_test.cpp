@@ -76,8 +76,19 @@ TEST_F(DemosaicCommand, WritesPicturesForPeopleOnlyWhenAskedTo) {
   fs::remove(Views() / "pictures/a/dop.png");
   ASSERT_EQ(Run({"--bits", "16", "--pictures"}).exit_code, 0);
   EXPECT_TRUE(fs::exists(Views() / "pictures/a/dop.png"));
+}
+
+TEST_F(DemosaicCommand, PicturesForPeopleStayAndFollowTheirViewsInLaterRuns) {
+  WriteAngles("a", 0.8, 0.3, 0);
+  ASSERT_EQ(Run({"--bits", "16", "--pictures"}).exit_code, 0);
+  const auto before = Contents(Views() / "pictures/a");
+  const auto age = Age("a.tif");
   ASSERT_EQ(Run().exit_code, 0);
-  EXPECT_FALSE(fs::exists(Views() / "pictures/a"));
+  EXPECT_TRUE(Contents(Views() / "pictures/a") == before);
+  EXPECT_EQ(Age("a.tif"), age);
+  WriteAngles("a", 0.8, 0, 0.3);
+  ASSERT_EQ(Run().exit_code, 0);
+  EXPECT_FALSE(ReadFile(Views() / "pictures/a/aop.png") == before.at("aop.png"));
 }
 
 TEST_F(DemosaicCommand, RunAgainKeepsWhatIsValidAndMakesTheRest) {
