@@ -33,6 +33,8 @@ function fillMessages() {
       element("ul", {}, ...items.map((item) => element("li", {}, item)))));
   };
   const warnings = [...(scan.warnings || []), ...Object.values(scan.stages || {}).flatMap((stage) => stage.warnings || [])];
+  for (const [name, stage] of Object.entries(scan.stages || {}))
+    if (stage.state === "failed") warnings.unshift(`${STAGES[name] ?? name} failed: ${stage.error ?? ""}`);
   list("Warnings", [...new Set(warnings)].map(String), "");
   list("Not in this scan", data.notes, "plain");
 }

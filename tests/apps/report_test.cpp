@@ -386,6 +386,17 @@ TEST_F(Report3d, SaysInWordsWhatTheScanDoesNotHave) {
   EXPECT_EQ(nothing.console, "");
 }
 
+TEST_F(Report3d, CountsStagesInWordsAndWarnsOfAFailedOne) {
+  nlohmann::json record = ReadJson(scan() / "scan.json");
+  record["stages"]["fusion"]["counts"] = {{"points", 1}, {"mean_confidence", 0.47}, {"neighbour_deg", 3.5}};
+  record["stages"]["mesh"] = {{"state", "failed"}, {"error", "nothing to mesh"}};
+  WriteJson(scan() / "scan.json", record);
+  Report(scan());
+  const Shown shown = Show(scan() / "report.html", "");
+  EXPECT_NE(shown.dom.find("1 point · mean confidence 0.47<"), std::string::npos);
+  EXPECT_NE(shown.dom.find("Mesh failed: nothing to mesh"), std::string::npos);
+}
+
 TEST_F(Report3d, TextFromTheScanCannotBecomeMarkup) {
   nlohmann::json record = ReadJson(scan() / "scan.json");
   record["warnings"] = {"</script><script>document.documentElement.dataset.broken='yes'</script>"};
