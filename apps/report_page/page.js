@@ -20,7 +20,8 @@ function fillTiles() {
   else tile("Polarization", polarized ? "Yes" : "No", polarized && data.dop_full ? "DoP to " + plain(data.dop_full) : "");
   const depths = data.views.filter((view) => view.depth);
   if (depths.length)
-    tile("Pixels with depth", plain((100 * depths.reduce((sum, view) => sum + view.depth.share, 0)) / depths.length), "%");
+    tile("Pixels with depth", plain((100 * depths.reduce((sum, view) => sum + view.depth.share, 0)) / depths.length),
+      depths.every((view) => view.depth.masked) ? "% inside the masks" : "%");
   if (total()) tile("Computing time", duration(total()));
   byId("tiles").append(...tiles);
 }
