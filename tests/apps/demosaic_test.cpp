@@ -146,9 +146,10 @@ TEST_F(DemosaicCommand, PhotosComeOutAsTheyWentInAndWithoutPolarization) {
   for (int y = 0; y < 4; ++y)
     for (int x = 0; x < 256; ++x) photo(x, y) = {std::uint8_t(x), std::uint8_t(255 - x), 40};
   WritePng(Input() / "a.png", photo);
-  const Outcome outcome = Run({});
+  const Outcome outcome = Run({"--pictures"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_NE(outcome.err.find("no polarization"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("--pictures makes none"), std::string::npos) << outcome.err;
+  EXPECT_FALSE(fs::exists(Views() / "pictures"));
   const Picture before = ReadPicture(Input() / "a.png"), after = ReadPicture(Views() / "a.png");
   for (std::size_t c = 0; c < 3; ++c)
     EXPECT_TRUE(std::ranges::equal(before.planes[c].pixels(), after.planes[c].pixels()));
