@@ -147,6 +147,7 @@ void AddReconstructCommand(CLI::App& app, Context& context) {
              "  polarscan reconstruct pictures -o scan\n"
              "  polarscan reconstruct pictures -o scan --preset fast --max-image-size 800   (a first look)");
   command->callback([a, command, &context] {
+    std::ranges::sort(a->inputs, {}, [](const fs::path& input) { return fs::weakly_canonical(input); });
     a->stereo = StereoOptionsFrom(*command, a->stereo, context);
     Reconstruct(*a, context);
   });
