@@ -383,6 +383,17 @@ TEST_F(Pipeline, AMeshOfAnEarlierCloudIsNamedAndNotInTheReport) {
   EXPECT_NE(check.err.find("mesh: out of date"), std::string::npos) << check.err;
 }
 
+TEST_F(Pipeline, SeveralFoldersMakeOneScanInAnyOrder) {
+  const fs::path other = Folder("other"), scan = Folder("scan");
+  fs::copy(Input(), other, fs::copy_options::recursive);
+  const auto run = [&](const fs::path& a, const fs::path& b) {  // without COLMAP: the views are what matters
+    return RunPolarscan({"reconstruct", a.string(), b.string(), "-o", scan.string()}, {{"PATH", "/nowhere"}});
+  };
+  run(Input(), other);
+  const Outcome turned = run(other, Input());
+  EXPECT_NE(turned.err.find("views    done before"), std::string::npos) << turned.err;
+}
+
 TEST_F(Pipeline, AStageOfAFolderThatIsNoScanIsRefused) {
   for (const char* stage : {"sfm", "stereo", "fuse", "mesh"}) {
     const Outcome outcome = RunPolarscan({stage, Input().string()});
