@@ -13,6 +13,7 @@
 #include "acquisition/input_untaken.h"
 #include "acquisition/session/session_views.h"
 #include "core/error.h"
+#include "core/files.h"
 #include "core/picture_tags.h"
 
 namespace polarscan {
@@ -130,7 +131,7 @@ void AddSessionNotes(Input& input) {
   const FrameCounts& counts = input.session->info.counts;
   if (counts.lost + counts.dropped > 0) input.notes.push_back("the session: " + Describe(counts));
   for (const std::string& damage : input.session->damage)
-    input.notes.push_back("the session is damaged: " + damage);
+    input.warnings.push_back("the session is damaged: " + damage);
 }
 
 // Damaged frames are left out here, so that what is whole can be used.
@@ -140,6 +141,19 @@ void OpenSessionInput(Input& input, Progress& progress) {
   for (const SessionView& view : ViewsOf(*input.session))
     input.views.push_back({view.name, {}, std::nullopt, view.frames, ExposuresOf(*input.session, view)});
   if (input.views.empty()) throw Error("there are no whole frames in this session", input.folder.string());
+}
+
+// A scan's folder holds pictures, too, but those of others are meant.
+void RequireNoScan(const fs::path& folder) {
+  const fs::path file = folder / "scan.json";
+  if (!fs::exists(file)) return;
+  std::string input;
+  try {
+    input = ReadJson(file).value("input", "");
+  } catch (const std::exception&) {  // damaged: it is a scan all the same
+  }
+  throw Error(fmt::format("this is a scan{}, no folder of pictures", input.empty() ? "" : " of " + input),
+              folder.string(), input.empty() ? "Give the folder of its pictures" : "Give " + input);
 }
 
 void OpenPictures(Input& input, const InputOptions& options) {
@@ -269,6 +283,7 @@ Input OpenInput(const fs::path& folder, const InputOptions& given) {
 
 Input OpenInput(const fs::path& folder, const InputOptions& given, Progress& progress) {
   RequireFolder(folder);
+  RequireNoScan(folder);
   std::shared_ptr<const Calibration> calibration = FindCalibration(given, folder);
   const InputOptions options = WithCalibratedSensor(
       WithSetJson(WithCalibratedNoise(given, calibration.get()), folder), calibration.get());
@@ -333,6 +348,10 @@ std::pair<const Input*, int> Input::Source(int view) const {
 void TellNotes(const Input& input, Progress& progress) {
   for (const std::string& warning : input.warnings) progress.Warn(warning);
   for (const std::string& note : input.notes) input.polarized() ? progress.Info(note) : progress.Warn(note);
+}
+
+bool Input::damaged() const {
+  return (session && !session->damage.empty()) || std::ranges::any_of(parts, &Input::damaged);
 }
 
 const MosaicCorrection& Input::correction() const {

@@ -94,6 +94,8 @@ struct Input {
   std::pair<const Input*, int> Source(int view) const;
 
   bool polarized() const { return kind != InputKind::kPhotos; }
+  // Whether a session lost something that it had stored; the warnings say what.
+  bool damaged() const;
   // What is known about the single pixels; empty without a calibration.
   const MosaicCorrection& correction() const;
 };

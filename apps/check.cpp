@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <functional>
 
 #include "acquisition/session/session.h"
@@ -81,20 +82,38 @@ nlohmann::json ToJson(const std::vector<ScanFinding>& findings) {
   return list;
 }
 
+// Stages that others were made again before; no damage, since each stage can be run by itself.
+std::vector<std::string> OutOfDate(const nlohmann::json& state) {
+  std::vector<std::string> stages;
+  const std::vector<std::string>& names = StageNames();
+  for (auto stage = names.begin(); stage != names.end(); ++stage)
+    if (std::any_of(names.begin(), stage,
+                    [&](const std::string& earlier) { return IsOutOfDate(state, *stage, earlier); }))
+      stages.push_back(*stage);
+  return stages;
+}
+
 void CheckScan(const fs::path& path, bool repair, Context& context) {
   Scan scan = Scan::Open(path, context.progress);
   const std::vector<ScanFinding> findings = repair ? scan.Repair() : scan.Check();
   for (const ScanFinding& f : findings)
     context.progress.Warn(
         fmt::format("{}: {}{}", f.stage, f.what, f.moved_to.empty() ? "" : ", moved to " + f.moved_to));
+  const std::vector<std::string> old = OutOfDate(scan.state());
+  for (const std::string& stage : old)
+    context.progress.Warn(
+        fmt::format("{}: out of date, it is not of what the stages before it hold now", stage));
   context.data_lost = !findings.empty();
   const std::string advice =
       fmt::format("; polarscan reconstruct {} -o {}, with its options, makes that again",
                   scan.state().value("input", "INPUT"), path.string());
-  context.Finish(
-      {{"path", path.string()}, {"kind", "scan"}, {"sound", findings.empty()}, {"damage", ToJson(findings)}},
-      findings.empty() ? "scan: every file is as the stages left it"
-                       : fmt::format("scan: {} things are wrong{}", findings.size(), advice));
+  context.Finish({{"path", path.string()},
+                  {"kind", "scan"},
+                  {"sound", findings.empty()},
+                  {"damage", ToJson(findings)},
+                  {"out_of_date", old}},
+                 findings.empty() ? "scan: every file is as the stages left it"
+                                  : fmt::format("scan: {} things are wrong{}", findings.size(), advice));
 }
 
 void Check(const fs::path& path, bool repair, Context& context) {

@@ -32,10 +32,17 @@ void Run(const DemosaicCommand& command, Context& context) {
   const Input input = OpenInput(command.input, command.input_options, context.progress);
   RequireElsewhere(input, command.views);
   RequireFree(command.views, [&] { return IsViewFolder(command.views); });
-  MakeStokesViews(input, command.views, command.options, context.progress, command.pictures);
-  context.Finish({{"input", ToJson(input)}, {"views", input.views.size()}, {"folder", command.views}},
-                 fmt::format("{} view{} in {}{}", input.views.size(), input.views.size() == 1 ? "" : "s",
-                             command.views, command.pictures ? "; pictures to look at in pictures/" : ""));
+  const bool pictures = command.pictures && input.polarized();
+  if (command.pictures && !pictures)
+    context.progress.Warn("plain photos have no polarization to look at: --pictures makes none");
+  MakeStokesViews(input, command.views, command.options, context.progress, pictures);
+  context.data_lost = input.damaged();
+  context.Finish(
+      {{"input", ToJson(input)}, {"views", input.views.size()}, {"folder", command.views}},
+      fmt::format("{} view{} in {}{}", input.views.size(), input.views.size() == 1 ? "" : "s", command.views,
+                  pictures ? fmt::format("; pictures to look at in {}",
+                                         (fs::path(command.views) / "pictures").string())
+                           : ""));
 }
 
 }  // namespace

@@ -103,13 +103,17 @@ std::uint64_t FingerprintOf(const std::vector<fs::path>& inputs, const fs::path&
 void Reconstruct(const Arguments& a, Context& context) {
   const Input input = OpenInputs(a.inputs, a.meaning, context.progress);
   context.progress.Info(fmt::format("{} views, {}", input.views.size(), ToString(input.kind)));
+  if (a.dry_run) TellNotes(input, context.progress);
   Progress silent;  // what is only odd the stage says itself
   CheckKnownPoses(input, a.dry_run ? context.progress : silent);
   const auto open = a.dry_run ? Scan::Plan : Scan::OpenOrCreate;
   Scan scan = open(a.scan, NameOf(a.inputs), FingerprintOf(a.inputs, a.scan), context.progress);
   RunStages(scan, input, a);
+  context.data_lost = input.damaged() || MapsWereDamaged(scan);
   if (a.dry_run) return ShowPlan(scan, StereoTime(input, a), a.stereo.preset, context);
-  context.data_lost = MapsWereDamaged(scan);
+  if (!a.make_mesh && fs::exists(scan.mesh()) && IsOutOfDate(scan.state(), "mesh", "fusion"))
+    context.progress.Warn(fmt::format("{} is of an earlier cloud; polarscan mesh {} makes it anew",
+                                      scan.mesh().string(), a.scan.string()));
   context.Finish(scan.state(),
                  fmt::format("cloud:  {}\n{}report: {}", scan.cloud().string(),
                              a.make_mesh ? fmt::format("mesh:   {}\n", scan.mesh().string()) : "",
@@ -143,6 +147,7 @@ void AddReconstructCommand(CLI::App& app, Context& context) {
              "  polarscan reconstruct pictures -o scan\n"
              "  polarscan reconstruct pictures -o scan --preset fast --max-image-size 800   (a first look)");
   command->callback([a, command, &context] {
+    std::ranges::sort(a->inputs, {}, [](const fs::path& input) { return fs::weakly_canonical(input); });
     a->stereo = StereoOptionsFrom(*command, a->stereo, context);
     Reconstruct(*a, context);
   });

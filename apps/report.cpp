@@ -10,6 +10,7 @@
 #include "apps/report_mesh.h"
 #include "apps/report_util.h"
 #include "apps/report_views.h"
+#include "apps/scan.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/image_io.h"
@@ -80,6 +81,19 @@ std::vector<CameraPlace> CamerasAround(const CloudSample& sample, const json& vi
   return cameras;
 }
 
+// Leaves out a mesh of an earlier cloud, with all that scan.json says of it.
+ReportMesh MeshOfCloud(const fs::path& folder, json& scan, const Eigen::Matrix3d& display,
+                       const CloudSample& sample, const ReportCloud& cloud, json& notes) {
+  const fs::path ply = folder / "mesh.ply";
+  if (!fs::exists(ply)) return {};
+  if (!IsOutOfDate(scan, "mesh", "fusion"))
+    return Try<ReportMesh>(notes, [&] { return PackMesh(ply, kMostFaces, display, sample, cloud); });
+  notes.push_back("The mesh is of an earlier cloud and left out; run polarscan mesh again.");
+  scan.erase("mesh");
+  if (scan["stages"]["mesh"].value("state", "") == "done") scan["stages"].erase("mesh");
+  return {};
+}
+
 // fusion-min-views, if scan.json says so.
 int MinViews(const json& scan) {
   const json options = scan.value("options", json::object()).value("fusion", json::object());
@@ -109,9 +123,7 @@ void WriteReport(const fs::path& scan_folder, const fs::path& html, Progress& pr
   const CloudSample sample = ReadCloud(scan_folder, !evaluation.is_null(), display, notes);
   const ReportCloud cloud = sample.empty() ? ReportCloud() : PackCloud(sample);
   progress.Check();
-  ReportMesh mesh;
-  if (const fs::path ply = scan_folder / "mesh.ply"; fs::exists(ply))
-    mesh = Try<ReportMesh>(notes, [&] { return PackMesh(ply, kMostFaces, display, sample, cloud); });
+  const ReportMesh mesh = MeshOfCloud(scan_folder, data["scan"], display, sample, cloud, notes);
   progress.Check();
   data["findings"] = Findings({sample, CamerasAround(sample, views.views), views.dop_noise,
                                MinViews(data["scan"]), data["scan"], views.views});

@@ -152,9 +152,15 @@ void FindFewViews(const FindingsInput& input, json& list) {
   list.push_back(finding);
 }
 
+// Whether there is polarization, and stereo was to go by it.
+bool UsesPolarization(const json& scan) {
+  const json options = scan.value("options", json::object()).value("stereo", json::object());
+  return scan.value("views", json::object()).value("polarized", true) && options.value("polarization", true);
+}
+
 // AoP's standard deviation is that of DoP over twice DoP (demosaic/stokes.h).
 void FindWeakPolarization(const FindingsInput& input, json& list) {
-  if (!input.sample.Has("dop") || !(input.dop_noise > 0)) return;
+  if (!input.sample.Has("dop") || !(input.dop_noise > 0) || !UsesPolarization(input.scan)) return;
   const double weak = input.dop_noise / (2 * kCertainDeg * std::numbers::pi / 180);
   const std::vector<bool> chosen = AtMost(input.sample.values.at("dop"), weak);
   if (Share(chosen) < kWeakShare && AnglesOf(input.scan).value("wrong", false)) return;

@@ -72,6 +72,17 @@ double MedianDopNoise(const StokesImage& view) {
   return Quantile(noise, 0.5);
 }
 
+// Of the pixels in the mask, where there is one that fits; else of all.
+double ShareWithDepth(const Image<float>& depth, const Image<std::uint8_t>& mask) {
+  std::size_t with_depth = 0, all = 0;
+  for (std::size_t i = 0; i < depth.size(); ++i) {
+    if (!mask.empty() && !mask.pixels()[i]) continue;
+    ++all;
+    with_depth += depth.pixels()[i] > 0;
+  }
+  return double(with_depth) / double(std::max<std::size_t>(all, 1));
+}
+
 }  // namespace
 
 void ReadSmall(SmallView& view, int longest) {
@@ -90,9 +101,11 @@ void ReadSmall(SmallView& view, int longest) {
   TryRead(view.depth_path, view, [&] {
     const Image<float> depth = ReadDepthMap(view.depth_path);
     const auto [width, height] = FitSize(depth.width(), depth.height(), longest);
-    const auto valid =
-        std::count_if(depth.pixels().begin(), depth.pixels().end(), [](float z) { return z > 0; });
-    view.depth_share = double(valid) / double(std::max<std::size_t>(depth.size(), 1));
+    Image<std::uint8_t> mask;
+    TryRead(view.mask_path, view, [&] { mask = ReadMask(view.mask_path); });
+    if (!SameSize(mask, depth)) mask = {};
+    view.masked = !mask.empty();
+    view.depth_share = ShareWithDepth(depth, mask);
     view.depth = Shrink(depth, width, height, 0.f, [&](int x, int y) { return depth(x, y) > 0; });
   });
   TryRead(view.normal_path, view, [&] {
@@ -127,7 +140,8 @@ nlohmann::json ToPage(const SmallView& view, double dop_full) {
     const double near_depth = Quantile(depths, 0.02),
                  far_depth = std::max(Quantile(depths, 0.98), near_depth * 1.001);
     pictures["depth"] = jpeg(DepthPicture(view.depth, float(near_depth), float(far_depth)));
-    page["depth"] = {{"near", near_depth}, {"far", far_depth}, {"share", view.depth_share}};
+    page["depth"] = {
+        {"near", near_depth}, {"far", far_depth}, {"share", view.depth_share}, {"masked", view.masked}};
   }
   if (!view.normal.empty()) pictures["normal"] = jpeg(NormalPicture(view.normal));
   if (!view.depth_error.empty()) pictures["depth_error"] = jpeg(view.depth_error);

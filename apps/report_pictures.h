@@ -16,14 +16,15 @@ namespace polarscan {
 // never angles; small Stokes images have no noise, S0 = 0 marks an invalid pixel.
 struct SmallView {
   std::string name;
-  std::filesystem::path stokes_path, picture_path, depth_path, normal_path;
+  std::filesystem::path stokes_path, picture_path, depth_path, normal_path, mask_path;
   std::filesystem::path depth_error_path, normal_error_path;  // pictures that evaluate left
   std::optional<StokesImage> stokes;
   double dop_noise = 0;  // median standard deviation of DoP at full size, dark pixels left out
   Image<Rgb8> picture, depth_error, normal_error;
   Image<float> depth;
   Image<Eigen::Vector3f> normal;
-  double depth_share = 0;            // of the pixels that have a depth
+  double depth_share = 0;  // of the pixels that have a depth, inside the mask if there is one
+  bool masked = false;
   std::vector<std::string> damaged;  // messages
 };
 
@@ -35,8 +36,8 @@ void ReadSmall(SmallView& view, int longest);
 void AppendDop(const StokesImage& small, std::vector<double>& dop);
 
 // {name, pictures {s0, dop, aop, depth, normal, depth_error, normal_error: JPEG in base64}, depth {near, far,
-// share}}, each if the view has it. dop_full: degree of polarization shown at full strength; 0: no dop and
-// aop.
+// share, masked}}, each if the view has it. dop_full: degree of polarization shown at full strength; 0: no
+// dop and aop.
 nlohmann::json ToPage(const SmallView& view, double dop_full);
 
 }  // namespace polarscan

@@ -64,6 +64,7 @@ std::vector<SmallView> ListDense(const Workspace& workspace, const fs::path& eva
     view.stokes_path = workspace.StokesPath(i);
     view.picture_path = workspace.PicturePath(i);
     view.depth_path = best([&](const char* kind) { return workspace.DepthPath(i, kind); });
+    view.mask_path = workspace.MaskPath(i);
     view.normal_path = best([&](const char* kind) { return workspace.NormalPath(i, kind); });
     view.depth_error_path = DepthErrorPath(evaluation, view.name);
     view.normal_error_path = NormalErrorPath(evaluation, view.name);

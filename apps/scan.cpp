@@ -431,6 +431,15 @@ void Scan::Save() {
   WriteJson(folder_ / kFile, state_);
 }
 
+bool IsOutOfDate(const nlohmann::json& state, const std::string& stage, const std::string& earlier) {
+  const nlohmann::json record = StageRecord(state, stage);
+  if (record.empty()) return false;
+  if (record.value("state", "done") != "done") return true;
+  const nlohmann::json before = record.value("before", nlohmann::json::object());
+  return before.contains(earlier) &&
+         before[earlier] != StageRecord(state, earlier).value("outputs", nlohmann::json());
+}
+
 std::uint64_t Fingerprint(const fs::path& folder, const fs::path& except) {
   std::string listing;
   for (const fs::path& file : FilesBelow(folder)) {

@@ -117,6 +117,10 @@ class Scan {
   int lock_ = -1;
 };
 
+// state: a scan.json. Whether the files of `stage` were made from another result of `earlier` than there is
+// now, or the stage did not end since; false where nothing is known.
+bool IsOutOfDate(const nlohmann::json& state, const std::string& stage, const std::string& earlier);
+
 // Names, sizes and times of change of all files below a folder, but those below `except`. Order does not
 // matter.
 std::uint64_t Fingerprint(const std::filesystem::path& folder, const std::filesystem::path& except);

@@ -150,11 +150,7 @@ double WriteView(const Input& input, int index, const DemosaicOptions& options, 
   progress.Check();
   WriteStokes(store.StokesPath(loaded.name), view.stokes);
   WritePicture(store.PicturePath(loaded.name), view, scale);
-  if (pictures) {
-    WriteViewPictures(store.PicturesFolder(loaded.name), view, scale);
-  } else {
-    fs::remove_all(store.PicturesFolder(loaded.name));
-  }
+  if (pictures) WriteViewPictures(store.PicturesFolder(loaded.name), view, scale);
   if (loaded.mask.empty()) {
     fs::remove(store.MaskPath(loaded.name));
   } else {
@@ -190,8 +186,13 @@ void MakeStokesViews(const Input& input, const fs::path& folder, const DemosaicO
 
   std::vector<std::string> names;
   std::vector<int> todo;
-  const std::string shown = fmt::format("{}{}", scale, pictures ? " pictures" : "");
-  const auto key = [&](int i) { return ToHex(Hash(shown, hashes[std::size_t(i)])); };
+  const auto has_pictures = [&](int i) {  // those of an earlier run are kept as the views are
+    return pictures || fs::exists(store.PicturesFolder(input.views[std::size_t(i)].name));
+  };
+  const auto key = [&](int i) {
+    const std::string shown = fmt::format("{}{}", scale, has_pictures(i) ? " pictures" : "");
+    return ToHex(Hash(shown, hashes[std::size_t(i)]));
+  };
   for (int i = 0; i < int(input.views.size()); ++i) {
     names.push_back(input.views[std::size_t(i)].name);
     if (!store.IsValid(names.back(), key(i))) todo.push_back(i);
@@ -205,7 +206,7 @@ void MakeStokesViews(const Input& input, const fs::path& folder, const DemosaicO
   progress.Begin("Stokes views", todo.size());
   ForEachBounded(todo, [&](int i) {
     progress.Check();
-    if (WriteView(input, i, options, scale, pictures, store, progress) > kMostlyDark) {
+    if (WriteView(input, i, options, scale, has_pictures(i), store, progress) > kMostlyDark) {
       const std::lock_guard lock(mutex);
       dark.insert(input.views[std::size_t(i)].name);
     }

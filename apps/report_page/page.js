@@ -14,12 +14,14 @@ function fillTiles() {
   if (views.registered !== undefined)
     tile("Views with a pose", count(views.registered), views.total ? "of " + count(views.total) : "");
   else tile("Views", count(views.total ?? data.views.length));
-  if (scan.mesh?.faces) tile("Mesh faces", ...short(scan.mesh.faces));
-  const polarized = data.dop_full > 0 || views.polarized === true;
-  tile("Polarization", polarized ? "Yes" : "No", data.dop_full ? "DoP to " + plain(data.dop_full) : "");
+  if (scan.mesh?.faces && data.mesh) tile("Mesh faces", ...short(scan.mesh.faces));
+  const polarized = views.polarized ?? data.dop_full > 0;
+  if (polarized && scan.options?.stereo?.polarization === false) tile("Polarization", "Not used", "(--no-polarization)");
+  else tile("Polarization", polarized ? "Yes" : "No", polarized && data.dop_full ? "DoP to " + plain(data.dop_full) : "");
   const depths = data.views.filter((view) => view.depth);
   if (depths.length)
-    tile("Pixels with depth", plain((100 * depths.reduce((sum, view) => sum + view.depth.share, 0)) / depths.length), "%");
+    tile("Pixels with depth", plain((100 * depths.reduce((sum, view) => sum + view.depth.share, 0)) / depths.length),
+      depths.every((view) => view.depth.masked) ? "% inside the masks" : "%");
   if (total()) tile("Computing time", duration(total()));
   byId("tiles").append(...tiles);
 }
@@ -32,6 +34,8 @@ function fillMessages() {
       element("ul", {}, ...items.map((item) => element("li", {}, item)))));
   };
   const warnings = [...(scan.warnings || []), ...Object.values(scan.stages || {}).flatMap((stage) => stage.warnings || [])];
+  for (const [name, stage] of Object.entries(scan.stages || {}))
+    if (stage.state === "failed") warnings.unshift(`${STAGES[name] ?? name} failed: ${stage.error ?? ""}`);
   list("Warnings", [...new Set(warnings)].map(String), "");
   list("Not in this scan", data.notes, "plain");
 }

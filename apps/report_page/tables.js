@@ -3,12 +3,21 @@
 
 const byStage = (a, b) => Object.keys(STAGES).indexOf(a[0]) - Object.keys(STAGES).indexOf(b[0]);
 
-// What a stage counted, the totals first: "3,059 points · 10 views · mean confidence 0.47".
+// What is shown of what a stage counted, for one and for more; the rest is for programs that read scan.json.
+const COUNTS = { points: ["point", "points"], registered: ["view placed", "views placed"], views: ["view", "views"],
+                 vertices: ["vertex", "vertices"], faces: ["triangle", "triangles"],
+                 damaged: ["view left out, its maps are damaged", "views left out, their maps are damaged"],
+                 gaps_closed: ["gap closed", "gaps closed"], gaps_cut: ["gap left open", "gaps left open"],
+                 pieces_dropped: ["small piece left out", "small pieces left out"] };
+const EVEN_ZERO = ["points", "registered", "views", "vertices", "faces"];
+const MEANS = { mean_views: "views a point", mean_confidence: "mean confidence" };
+
+// "3,059 points · 10 views · mean confidence 0.47".
 function countsOf(stage) {
-  const numbers = Object.entries(stage.counts || {}).filter(([, value]) => typeof value === "number");
-  const whole = (entry) => Number.isInteger(entry[1]);
-  return [...numbers.filter(whole).map(([key, value]) => `${count(value)} ${key.replaceAll("_", " ")}`),
-          ...numbers.filter((entry) => !whole(entry)).map(([key, value]) => `${key.replaceAll("_", " ")} ${plain(value)}`)].join(" · ");
+  const counts = stage.counts || {}, is = (key) => typeof counts[key] === "number";
+  const there = Object.keys(COUNTS).filter((key) => is(key) && (counts[key] || EVEN_ZERO.includes(key)));
+  return [...there.map((key) => `${count(counts[key])} ${COUNTS[key][counts[key] === 1 ? 0 : 1]}`),
+          ...Object.keys(MEANS).filter(is).map((key) => `${MEANS[key]} ${plain(counts[key])}`)].join(" · ");
 }
 
 function fillStages() {

@@ -188,9 +188,16 @@ TEST_F(CaptureProgram, AFlippedBitIsFoundByCheckAndTheOtherFramesStayUsable) {
   EXPECT_EQ(found["damage"].size(), 1u);
   const Outcome views =
       RunPolarscan({"--json", "demosaic", session().string(), "-o", (folder_ / "views").string()});
-  ASSERT_EQ(views.exit_code, kDone) << views.err;
+  ASSERT_EQ(views.exit_code, kDataLost) << views.err;
   EXPECT_EQ(nlohmann::json::parse(views.out)["views"], 3);
-  EXPECT_NE(views.err.find("damaged"), std::string::npos) << views.err;
+  EXPECT_NE(views.err.find("warning: the session is damaged"), std::string::npos) << views.err;
+  const fs::path scan = folder_ / "scan";
+  const Outcome plan = RunPolarscan({"reconstruct", session().string(), "-o", scan.string(), "--dry-run"});
+  EXPECT_EQ(plan.exit_code, kDataLost) << plan.err;
+  EXPECT_NE(plan.err.find("warning: the session is damaged"), std::string::npos) << plan.err;
+  RunPolarscan({"reconstruct", session().string(), "-o", scan.string()}, {{"PATH", "/nowhere"}});
+  EXPECT_NE(ReadJson(scan / "scan.json")["warnings"].dump().find("the session is damaged"),
+            std::string::npos);
 }
 
 TEST_F(CaptureProgram, AFullDiskEndsTheRecordingWithAWordAndLeavesAUsableSession) {

@@ -76,8 +76,19 @@ TEST_F(DemosaicCommand, WritesPicturesForPeopleOnlyWhenAskedTo) {
   fs::remove(Views() / "pictures/a/dop.png");
   ASSERT_EQ(Run({"--bits", "16", "--pictures"}).exit_code, 0);
   EXPECT_TRUE(fs::exists(Views() / "pictures/a/dop.png"));
+}
+
+TEST_F(DemosaicCommand, PicturesForPeopleStayAndFollowTheirViewsInLaterRuns) {
+  WriteAngles("a", 0.8, 0.3, 0);
+  ASSERT_EQ(Run({"--bits", "16", "--pictures"}).exit_code, 0);
+  const auto before = Contents(Views() / "pictures/a");
+  const auto age = Age("a.tif");
   ASSERT_EQ(Run().exit_code, 0);
-  EXPECT_FALSE(fs::exists(Views() / "pictures/a"));
+  EXPECT_TRUE(Contents(Views() / "pictures/a") == before);
+  EXPECT_EQ(Age("a.tif"), age);
+  WriteAngles("a", 0.8, 0, 0.3);
+  ASSERT_EQ(Run().exit_code, 0);
+  EXPECT_FALSE(ReadFile(Views() / "pictures/a/aop.png") == before.at("aop.png"));
 }
 
 TEST_F(DemosaicCommand, RunAgainKeepsWhatIsValidAndMakesTheRest) {
@@ -135,9 +146,10 @@ TEST_F(DemosaicCommand, PhotosComeOutAsTheyWentInAndWithoutPolarization) {
   for (int y = 0; y < 4; ++y)
     for (int x = 0; x < 256; ++x) photo(x, y) = {std::uint8_t(x), std::uint8_t(255 - x), 40};
   WritePng(Input() / "a.png", photo);
-  const Outcome outcome = Run({});
+  const Outcome outcome = Run({"--pictures"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_NE(outcome.err.find("no polarization"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("--pictures makes none"), std::string::npos) << outcome.err;
+  EXPECT_FALSE(fs::exists(Views() / "pictures"));
   const Picture before = ReadPicture(Input() / "a.png"), after = ReadPicture(Views() / "a.png");
   for (std::size_t c = 0; c < 3; ++c)
     EXPECT_TRUE(std::ranges::equal(before.planes[c].pixels(), after.planes[c].pixels()));
@@ -172,6 +184,14 @@ TEST_F(DemosaicCommand, OverwritesNeitherItsInputNorAnyFilesButItsOwn) {
   WriteFileAtomically(Views() / "b.png", "mine, among the views");
   EXPECT_EQ(Run().exit_code, kFailed);
   EXPECT_EQ(ReadFile(Views() / "b.png"), "mine, among the views");
+}
+
+TEST_F(DemosaicCommand, AScanIsNoFolderOfPicturesAndItsInputIsNamed) {
+  WriteAngles("a", 0.8, 0.3, 0);
+  WriteJson(Input() / "scan.json", {{"input", "/data/cup"}, {"stages", nlohmann::json::object()}});
+  const Outcome outcome = Run();
+  EXPECT_EQ(outcome.exit_code, kFailed);
+  EXPECT_NE(outcome.err.find("this is a scan of /data/cup"), std::string::npos) << outcome.err;
 }
 
 TEST_F(DemosaicCommand, NoCommandWritesIntoAFolderOfOtherFiles) {

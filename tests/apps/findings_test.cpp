@@ -112,6 +112,19 @@ TEST(Findings, WeakPolarizationIsThatBelowThreeTimesItsNoise) {
   EXPECT_EQ(found[0].value("good", false), share < 0.2) << share;
 }
 
+TEST(Findings, NothingIsSaidOfPolarizationThatIsNotThereOrNotUsed) {
+  TemporaryFolder folder;
+  const fs::path state = folder / "scan/scan.json";
+  WriteToyScan(folder / "scan", 3);
+  const json before = ReadJson(state);
+  for (const char* place : {"/views/polarized", "/options/stereo/polarization"}) {
+    json changed = before;
+    changed[json::json_pointer(place)] = false;
+    WriteJson(state, changed);
+    EXPECT_TRUE(FindingsOf(ReportData(folder / "scan"), "polarization").empty()) << place;
+  }
+}
+
 TEST(Findings, PicturesWithoutAPlaceAreCounted) {
   TemporaryFolder folder;
   WriteToyScan(folder / "scan", 6);

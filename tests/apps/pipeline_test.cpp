@@ -20,6 +20,7 @@
 #include "core/ply.h"
 #include "core/random.h"
 #include "program.h"
+#include "report_data.h"
 #include "stereo/sfm/alignment.h"
 #include "stereo/sfm/model.h"
 #include "toy_scan.h"
@@ -362,6 +363,35 @@ TEST_F(Pipeline, OneStageRunsAgainWithOtherOptionsAndTheNextOneFollowsIt) {
   // The first command again gives the first results again.
   ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
   EXPECT_TRUE(Results(scan) == before);
+}
+
+TEST_F(Pipeline, AMeshOfAnEarlierCloudIsNamedAndNotInTheReport) {
+  const fs::path scan = Folder("scan");
+  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
+  EXPECT_FALSE(DataOf(ReadFile(scan / "report.html")).at("mesh").is_null());
+  const Outcome same = RunPolarscan(Command(scan, {"--no-mesh"}));
+  EXPECT_EQ(same.err.find("earlier cloud"), std::string::npos) << same.err;
+
+  const Outcome other = RunPolarscan(Command(scan, {"--no-mesh", "--fusion-min-views", "3"}));
+  ASSERT_EQ(other.exit_code, 0) << other.err;
+  EXPECT_NE(other.err.find("mesh.ply is of an earlier cloud"), std::string::npos) << other.err;
+  const json data = DataOf(ReadFile(scan / "report.html"));
+  EXPECT_TRUE(data.at("mesh").is_null());
+  EXPECT_NE(data.at("notes").dump().find("earlier cloud"), std::string::npos);
+  const Outcome check = RunPolarscan({"check", scan.string()});
+  EXPECT_EQ(check.exit_code, kDone) << check.err;
+  EXPECT_NE(check.err.find("mesh: out of date"), std::string::npos) << check.err;
+}
+
+TEST_F(Pipeline, SeveralFoldersMakeOneScanInAnyOrder) {
+  const fs::path other = Folder("other"), scan = Folder("scan");
+  fs::copy(Input(), other, fs::copy_options::recursive);
+  const auto run = [&](const fs::path& a, const fs::path& b) {  // without COLMAP: the views are what matters
+    return RunPolarscan({"reconstruct", a.string(), b.string(), "-o", scan.string()}, {{"PATH", "/nowhere"}});
+  };
+  run(Input(), other);
+  const Outcome turned = run(other, Input());
+  EXPECT_NE(turned.err.find("views    done before"), std::string::npos) << turned.err;
 }
 
 TEST_F(Pipeline, AStageOfAFolderThatIsNoScanIsRefused) {

@@ -13,6 +13,7 @@
 #include "fusion/cloud.h"
 #include "program.h"
 #include "report_data.h"
+#include "stereo/map_io.h"
 #include "tests/fusion/sphere_scene.h"
 #include "toy_scan.h"
 
@@ -187,6 +188,21 @@ TEST(Report, ADamagedMapOrCloudIsNamedAndStopsNothing) {
   EXPECT_NE(data.at("notes").dump().find("cloud.ply"), std::string::npos);
   EXPECT_NE(data.at("notes").dump().find("Only 2 of 3 views have depth maps"), std::string::npos);
   EXPECT_TRUE(data.at("views")[0].at("pictures").contains("depth"));
+}
+
+TEST(Report, DepthIsCountedInsideTheMasks) {
+  TemporaryFolder folder;
+  const fs::path scan = folder / "scan";
+  WriteToyScan(scan, 3);
+  const Image<float> depth = ReadDepthMap(scan / "dense/stereo/depth_maps/ball00.png.geometric.bin");
+  Image<std::uint8_t> mask(depth.width(), depth.height());
+  for (std::size_t i = 0; i < mask.size(); ++i) mask.pixels()[i] = depth.pixels()[i] > 0 ? 255 : 0;
+  WritePng(scan / "dense/masks/ball00.png", mask);
+  const nlohmann::json views = DataOf(Report(scan)).at("views");
+  EXPECT_EQ(views[0].at("depth").at("share"), 1);
+  EXPECT_EQ(views[0].at("depth").at("masked"), true);
+  EXPECT_LT(views[1].at("depth").at("share"), 0.99);
+  EXPECT_EQ(views[1].at("depth").at("masked"), false);
 }
 
 TEST(Report, HoldsAnEvaluationOfThisCloudAndNoOther) {
@@ -384,6 +400,17 @@ TEST_F(Report3d, SaysInWordsWhatTheScanDoesNotHave) {
        {"There are no views yet.", "no cloud and no camera poses yet", "data-ready=\"yes\""})
     EXPECT_NE(nothing.dom.find(words), std::string::npos) << words;
   EXPECT_EQ(nothing.console, "");
+}
+
+TEST_F(Report3d, CountsStagesInWordsAndWarnsOfAFailedOne) {
+  nlohmann::json record = ReadJson(scan() / "scan.json");
+  record["stages"]["fusion"]["counts"] = {{"points", 1}, {"mean_confidence", 0.47}, {"neighbour_deg", 3.5}};
+  record["stages"]["mesh"] = {{"state", "failed"}, {"error", "nothing to mesh"}};
+  WriteJson(scan() / "scan.json", record);
+  Report(scan());
+  const Shown shown = Show(scan() / "report.html", "");
+  EXPECT_NE(shown.dom.find("1 point · mean confidence 0.47<"), std::string::npos);
+  EXPECT_NE(shown.dom.find("Mesh failed: nothing to mesh"), std::string::npos);
 }
 
 TEST_F(Report3d, TextFromTheScanCannotBecomeMarkup) {
