@@ -63,11 +63,29 @@ void FindBesidePictures(std::vector<InputView>& views) {
     }
 }
 
-enum class Coverage { kPart, kNothing, kEverything };
+enum class Coverage { kPart, kNothing, kEverything, kAround };
+
+// Whether the mask is white along all four borders and mostly black in the middle.
+bool LiesAround(const Image<std::uint8_t>& mask) {
+  const int width = mask.width(), height = mask.height();
+  const auto share = [&](int left, int top, int right, int bottom) {
+    double white = 0;
+    for (int y = top; y < bottom; ++y)
+      for (int x = left; x < right; ++x) white += mask(x, y) == 255;
+    return white / (double(right - left) * (bottom - top));
+  };
+  constexpr double kAll = 0.95, kFew = 0.5;
+  return width >= 3 && height >= 3 && share(0, 0, width, 1) > kAll &&
+         share(0, height - 1, width, height) > kAll && share(0, 0, 1, height) > kAll &&
+         share(width - 1, 0, width, height) > kAll &&
+         share(width / 3, height / 3, width - width / 3, height - height / 3) < kFew;
+}
 
 Coverage CoverageOf(const Image<std::uint8_t>& mask) {
   const auto object = std::size_t(std::ranges::count(mask.pixels(), 255));
-  return object == 0 ? Coverage::kNothing : object == mask.size() ? Coverage::kEverything : Coverage::kPart;
+  if (object == 0) return Coverage::kNothing;
+  if (object == mask.size()) return Coverage::kEverything;
+  return LiesAround(mask) ? Coverage::kAround : Coverage::kPart;
 }
 
 // EXIF's orientation of the view's picture.
@@ -131,6 +149,7 @@ std::vector<std::string> CheckMasks(const Input& input, const Progress& progress
   };
   const auto empty = names([&](std::size_t k) { return coverages[k] == Coverage::kNothing; });
   const auto full = names([&](std::size_t k) { return coverages[k] == Coverage::kEverything; });
+  const auto around = names([&](std::size_t k) { return coverages[k] == Coverage::kAround; });
   const auto turned = names([&](std::size_t k) { return is_turned[k] != 0; });
   if (!masked.empty() && empty.size() == masked.size())
     throw Error(
@@ -144,6 +163,10 @@ std::vector<std::string> CheckMasks(const Input& input, const Progress& progress
   if (!full.empty())
     odd.push_back(fmt::format("{} of {} masks are full, the whole picture counts as object: {}", full.size(),
                               masked.size(), FirstOf(full)));
+  if (!around.empty() && around.size() + empty.size() + full.size() == masked.size())
+    odd.push_back(
+        "all masks are white along the borders and black in the middle: are they inverted? White, or any "
+        "colour, belongs where the object is");
   if (!turned.empty())
     odd.push_back(
         fmt::format("{} masks do not have the EXIF orientation of their pictures; they are taken as the "

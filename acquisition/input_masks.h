@@ -15,7 +15,7 @@ void FindMasks(Input& input);
 Image<std::uint8_t> ReadMaskOf(const InputView& view, int width, int height);
 
 // Reads all masks of the input's masks/. Returns what is odd about them, one sentence each: empty ones, full
-// ones, turned ones. Throws Error if all are empty, or one's size is not its picture's.
+// ones, inverted ones, turned ones. Throws Error if all are empty, or one's size is not its picture's.
 std::vector<std::string> CheckMasks(const Input& input, const Progress& progress);
 
 }  // namespace polarscan

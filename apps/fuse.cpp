@@ -23,8 +23,7 @@ std::pair<std::filesystem::path, nlohmann::json> Fuse(const FuseArguments& argum
         cloud, [&] { return CarriesMark(cloud, PointProperties() + "end_header"); }, "Move it away");
     const nlohmann::json counts =
         ToJson(FuseCloud(arguments.scan, cloud, arguments.options, context.progress));
-    if (const std::string few = FewAgree(counts, arguments.options.min_views); !few.empty())
-      context.progress.Warn(few);
+    for (const std::string& doubt : Doubts(counts, arguments.options.min_views)) context.progress.Warn(doubt);
     return {cloud, counts};
   }
   Scan scan = Scan::Open(arguments.scan, context.progress);

@@ -75,6 +75,13 @@ void FindPieces(const FindingsInput& input, json& list) {
           (pieces > 0 ? fmt::format(" The mesh left out {} loose pieces.", pieces) : "")));
 }
 
+void FindFewDepths(const json& scan, json& list) {
+  std::string few = FewDepths(CountsOf(scan, "fusion"));
+  if (few.empty()) return;
+  few[0] = char(std::toupper(few[0]));
+  list.push_back(Finding("depth", "Few pixels have a depth", few + "."));
+}
+
 json AnglesOf(const json& scan) { return CountsOf(scan, "stereo").value("angles", json::object()); }
 
 void FindWrongAngles(const json& scan, json& list) {
@@ -215,6 +222,7 @@ json Findings(const FindingsInput& input) {
   json list = json::array(), findings = json::object();
   FindMissingPictures(input.scan, list);
   FindPieces(input, list);
+  FindFewDepths(input.scan, list);
   FindWrongAngles(input.scan, list);
   if (!input.cameras.empty()) {
     findings["coverage"] = Coverage(input.cameras);

@@ -12,6 +12,7 @@
 #include "fusion/aop_check.h"
 #include "fusion/surface_maps.h"
 #include "stereo/sfm/known_poses.h"
+#include "stereo/sfm/verdict.h"
 #include "stereo/workspace.h"
 
 namespace polarscan {
@@ -70,7 +71,8 @@ void CheckKnownPoses(const Input& input, Progress& progress) {
   for (const InputView& view : input.views)
     views.push_back({view.name, one_size ? input.width : 0, one_size ? input.height : 0});
   std::ranges::sort(views, {}, &View::name);
-  ReadKnownPoses(*input.known_model, views, progress);
+  JudgeKnownPoses(ReadKnownPoses(*input.known_model, views, progress),
+                  input.known_model->lexically_normal().string(), false, progress);
 }
 
 SfmOptions WithMasksOf(SfmOptions options, const UndistortOptions& dense) {
@@ -130,7 +132,7 @@ void RunFusion(Scan& scan, const FusionOptions& options) {
     const CloudSummary cloud = FuseCloud(scan.dense(), scan.cloud(), options, progress);
     scan.Note("cloud", "points", cloud.points);
     const nlohmann::json counts = ToJson(cloud);
-    if (const std::string few = FewAgree(counts, options.min_views); !few.empty()) progress.Warn(few);
+    for (const std::string& doubt : Doubts(counts, options.min_views)) progress.Warn(doubt);
     return counts;
   });
 }

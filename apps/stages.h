@@ -13,7 +13,8 @@
 namespace polarscan {
 
 // Opens the known poses that lie beside the input's pictures, if any, so that what is wrong with them shows
-// before anything is made. Throws and warns as ReadKnownPoses does.
+// before anything is made. Throws and warns as ReadKnownPoses and
+// JudgeKnownPoses do.
 void CheckKnownPoses(const Input& input, Progress& progress);
 
 // Structure from motion's options where masks may have been switched off for the whole scan: then they are

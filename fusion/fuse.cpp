@@ -148,6 +148,8 @@ class Fusion {
 
   void FuseOne(int view, const ViewMaps& reference, CloudWriter& cloud) {
     FusionCounts& counts = summary_.counts;
+    counts.inside += reference.pixels_inside;
+    counts.outside += reference.pixels_outside;
     counts.with_depth += reference.pixels_with_depth;
     counts.masked += reference.pixels_masked;
     counts.without_normal += reference.pixels_without_normal;

@@ -31,6 +31,7 @@ OptionTable Table(FusionOptions& options);
 
 // What became of the pixels; each pixel with a depth ends in exactly one of the lines after `with_depth`.
 struct FusionCounts {
+  std::size_t inside = 0, outside = 0;  // of the masks, with a depth or without
   std::size_t with_depth = 0;
   std::size_t masked = 0;  // outside of the mask
   std::size_t without_normal = 0;
@@ -56,6 +57,11 @@ nlohmann::json ToJson(const CloudSummary& summary);
 double ShareOfTooFew(const nlohmann::json& summary);
 // Where that is more than half: what is wrong and what to add, in words; else empty. summary: of ToJson.
 std::string FewAgree(const nlohmann::json& summary, int min_views);
+// The same where few pixels inside of the masks, or of the pictures without masks, have a depth at all,
+// though views are near each other: wrong poses, say, whose depths stereo has left out already.
+std::string FewDepths(const nlohmann::json& summary);
+// What there is to say of the two.
+std::vector<std::string> Doubts(const nlohmann::json& summary, int min_views);
 
 // Fuses the depth maps of a workspace into a cloud (fusion/cloud.h). Views are taken in order; each pixel
 // that no earlier point has absorbed asks the overlapping views whether they agree (fusion/consistency.h);

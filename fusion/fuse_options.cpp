@@ -42,7 +42,9 @@ nlohmann::json ToJson(const CloudSummary& s) {
           {"mean_dop", s.mean_dop},
           {"neighbour_deg", s.neighbour_deg},
           {"pixels",
-           {{"with_depth", c.with_depth},
+           {{"inside", c.inside},
+            {"outside", c.outside},
+            {"with_depth", c.with_depth},
             {"masked", c.masked},
             {"without_normal", c.without_normal},
             {"absorbed", c.absorbed},
@@ -69,6 +71,30 @@ std::string FewAgree(const nlohmann::json& summary, int min_views) {
                      ? "Take more in between, about 20 degrees apart"
                      : "That is near enough: look for pictures that are blurred, dark or of another state of "
                        "the scene, and for wrong poses (polarscan report)");
+}
+
+std::string FewDepths(const nlohmann::json& summary) {
+  constexpr double kOfMasks = 0.35, kOfPictures = 0.05, kNearDeg = 35;
+  const nlohmann::json pixels = summary.value("pixels", nlohmann::json::object());
+  const double inside = pixels.value("inside", 0.0), angle = summary.value("neighbour_deg", 0.0);
+  const bool masked = pixels.value("outside", 0.0) > 0;
+  const double share =
+      inside > 0 ? (pixels.value("with_depth", 0.0) - pixels.value("masked", 0.0)) / inside : 1;
+  if (share >= (masked ? kOfMasks : kOfPictures) || angle <= 0 || angle > kNearDeg) return "";
+  return fmt::format(
+      "only {:.2g} % of the pixels {} have a depth, though neighbouring pictures are {:.0f} degrees apart, "
+      "near "
+      "enough: look for poses or focal lengths that are not those of the pictures, {}blurred pictures, and "
+      "surfaces without texture",
+      100 * share, masked ? "inside of the masks" : "of the pictures", angle,
+      masked ? "masks of something else than the object, " : "");
+}
+
+std::vector<std::string> Doubts(const nlohmann::json& summary, int min_views) {
+  std::vector<std::string> doubts;
+  for (const std::string& doubt : {FewAgree(summary, min_views), FewDepths(summary)})
+    if (!doubt.empty()) doubts.push_back(doubt);
+  return doubts;
 }
 
 }  // namespace polarscan

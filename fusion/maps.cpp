@@ -37,6 +37,7 @@ void RemoveUnusable(ViewMaps& maps, const Image<std::uint8_t>& mask) {
     const bool masked = !mask.empty() && At(mask, x, y, width, height) == 0;
     const float length = maps.normal(x, y).norm();
     const bool normal = std::isfinite(length) && length > 1e-6f;
+    maps.pixels_inside += !masked, maps.pixels_outside += masked;
     maps.pixels_with_depth += estimated;
     maps.pixels_masked += estimated && masked;
     maps.pixels_without_normal += estimated && !masked && !normal;
@@ -100,6 +101,7 @@ ViewMaps LoadViewMaps(const Workspace& workspace, int view, const std::string& k
   maps.camera = workspace.views[std::size_t(view)].camera.Resized(width, height);
   maps.cam_from_world = workspace.views[std::size_t(view)].cam_from_world;
   RemoveUnusable(maps, masks ? ReadViewMask(workspace, view) : Image<std::uint8_t>());
+  if (!masks && std::filesystem::exists(workspace.MaskPath(view))) maps.pixels_inside = 0;
   maps.colour = Colours(workspace, view, width, height);
   maps.dop = workspace.polarized ? Dops(workspace, view, width, height) : Image<float>(width, height);
   return maps;

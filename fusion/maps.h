@@ -22,6 +22,7 @@ struct ViewMaps {
   Image<Rgb8> colour;
   Image<float> dop;
   std::size_t pixels_with_depth = 0, pixels_masked = 0, pixels_without_normal = 0;
+  std::size_t pixels_inside = 0, pixels_outside = 0;  // of the mask; none where there is one that is not used
 
   static constexpr std::size_t kBytesPerPixel = 5 * sizeof(float) + sizeof(Rgb8);
   std::size_t Bytes() const { return depth.size() * kBytesPerPixel; }

@@ -31,10 +31,14 @@ std::vector<CloudPoint> ConfidentPoints(const fs::path& cloud_ply, double min_co
   const std::size_t all = cloud.size();
   std::erase_if(cloud, [&](const CloudPoint& p) { return p.confidence < min_confidence; });
   if (cloud.size() < kFewestPoints)
-    throw NothingFound(fmt::format("{} of {} points are sure enough for a mesh, which needs {}", cloud.size(),
-                                   all, kFewestPoints),
-                       cloud_ply.string(),
-                       "Lower --mesh-min-confidence, fuse with looser limits, or go on with --no-mesh");
+    throw NothingFound(
+        fmt::format("{} of {} points are sure enough for a mesh, which needs {}", cloud.size(), all,
+                    kFewestPoints),
+        cloud_ply.string(),
+        all < kFewestPoints
+            ? "Views agree on hardly anything: take pictures nearer to each other, about 20 degrees "
+              "apart, check the poses (polarscan report), or go on with --no-mesh"
+            : "Lower --mesh-min-confidence, fuse with looser limits, or go on with --no-mesh");
   return cloud;
 }
 

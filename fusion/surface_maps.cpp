@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "core/error.h"
@@ -36,6 +37,7 @@ constexpr double kCell = 2.2;  // px, of the octree that makes the surface: coar
 constexpr int kFinestDepth = 10;
 constexpr std::size_t kMostCells = 1'000'000;  // of the octree: one step coarser is taken for more
 constexpr float kSame = 0.02f;         // share of the depth by which an estimate may differ from a membrane
+constexpr double kSupportOfTwo = 1.2;  // a view gives 1 at most: more than one alone, though both look askew
 constexpr float kLeastFacing = 0.02f;  // cosine between a normal and the line of sight
 
 // The maps of a turn; the last one's are the result, but for the filter.
@@ -72,12 +74,16 @@ RefineOptions RefinementBy(const StereoOptions& options) {
   return refinement;
 }
 
-// Without polarization where it is nothing but noise, without surfaces where nothing could refine one.
+// Without polarization where it is nothing but noise, without surfaces where nothing could refine one, and
+// asking two places for no more support than they can give.
 StereoOptions WithWhatHelps(const Workspace& workspace, StereoOptions options) {
   if (options.polarization && options.polarization_evidence == "noise" && workspace.polarized)
     options.polarization = AopTells(workspace, options.masks, options.aop_noise_deg);
   if (options.schedule != "checkerboard" || !CanRefine(workspace, RefinementBy(options)))
     options.surfaces = 0;
+  const std::vector<int> places = Places(workspace.views);
+  if (std::set<int>(places.begin(), places.end()).size() == 2)
+    options.filter_min_support = std::min(options.filter_min_support, kSupportOfTwo);
   return options;
 }
 

@@ -124,9 +124,12 @@ int Colmap::Run(const std::string& command, const std::vector<ColmapOption>& opt
   const int exit_code = RunProcess(
                             argv, log_, progress_, 0, [&counter] { counter(); }, folder, kFilledMemory)
                             .exit_code;
-  if (exit_code != 0)
-    progress_.Warn(fmt::format("colmap {} ended with exit code {} ({}); see {}", command, exit_code,
-                               Complaint().empty() ? "no complaint" : Complaint(), log_.string()));
+  if (exit_code != 0) {
+    const std::string text = fmt::format("colmap {} ended with exit code {} ({}); see {}", command, exit_code,
+                                         Complaint().empty() ? "no complaint" : Complaint(), log_.string());
+    // A mapper that finds no model ends so: other attempts follow, and the verdict on the poses.
+    command == "mapper" && exit_code == 1 ? progress_.Info(text) : progress_.Warn(text);
+  }
   return exit_code;
 }
 

@@ -71,6 +71,9 @@ std::vector<std::string> ViewsWithoutPose(const SparseModel& model, const std::v
 void RequireTwo(const SparseModel& kept, const SparseModel& given, const std::vector<View>& views,
                 const std::string& where) {
   if (kept.images.size() > 1) return;
+  if (views.size() == 1)
+    throw Error(fmt::format("there is one picture only, {}: depth needs two at least", views[0].name), where,
+                "Add pictures from other places, about 20 degrees apart");
   std::vector<std::string> theirs, ours;
   for (const auto& [id, image] : given.images) theirs.push_back(image.name);
   for (const View& view : views) ours.push_back(view.name);
@@ -100,6 +103,21 @@ ColmapImage AdaptImage(ColmapImage image, const ColmapCamera& camera, const View
   return image;
 }
 
+// The camera's number among `cameras`: its own, or a new one above `last` where another picture of that
+// camera has another size. Throws Error if its lens model is not supported.
+std::uint32_t AddCamera(ColmapCamera camera, std::uint32_t last,
+                        std::map<std::uint32_t, ColmapCamera>& cameras) {
+  ToLens(camera);
+  const auto is_same = [&](const ColmapCamera& other) {
+    return other.width == camera.width && other.height == camera.height;
+  };
+  while (cameras.contains(camera.id) && !is_same(cameras[camera.id]))
+    camera.id = std::max(last, camera.id) + 1;
+  const std::uint32_t id = camera.id;
+  cameras[id] = std::move(camera);
+  return id;
+}
+
 // Points with only those observations that are still there.
 std::map<std::uint64_t, ColmapPoint> SelectPoints(const SparseModel& given, const SparseModel& kept) {
   std::map<std::uint64_t, ColmapPoint> points;
@@ -123,14 +141,25 @@ SparseModel SelectKnownPoses(const SparseModel& given, const std::vector<View>& 
     const ColmapImage* image = FindImage(index, view.name, where);
     if (!image) continue;
     const ColmapCamera& camera = given.cameras.at(image->camera_id);
-    kept.images[image->id] = AdaptImage(*image, camera, view);
-    kept.cameras[camera.id] = view.width > 0 ? Resized(camera, view.width, view.height) : camera;
-    ToLens(kept.cameras[camera.id]);  // throws if the lens model is not supported
+    ColmapImage& adapted = kept.images[image->id] = AdaptImage(*image, camera, view);
+    adapted.camera_id = AddCamera(view.width > 0 ? Resized(camera, view.width, view.height) : camera,
+                                  given.cameras.rbegin()->first, kept.cameras);
   }
   RequireTwo(kept, given, views, where);
   kept.points = SelectPoints(given, kept);
   return kept;
 }
+
+namespace {
+
+// Which of the given cameras became this one of the model's: that of the same image.
+std::uint32_t GivenCamera(std::uint32_t id, const SparseModel& model, const SparseModel& given) {
+  const auto image =
+      std::ranges::find_if(model.images, [&](const auto& entry) { return entry.second.camera_id == id; });
+  return given.images.at(image->first).camera_id;
+}
+
+}  // namespace
 
 SparseModel ReadKnownPoses(const fs::path& folder, const std::vector<View>& views, Progress& progress) {
   std::vector<std::string> notes;
@@ -143,10 +172,11 @@ SparseModel ReadKnownPoses(const fs::path& folder, const std::vector<View>& view
         "them to the model, or take it away, so that the poses come from the pictures",
         model.images.size(), views.size(), EnumerateRuns(names, views), folder.string()));
   for (const auto& [id, camera] : model.cameras)
-    if (const ColmapCamera& before = given.cameras.at(id); before.width != camera.width)
+    if (const ColmapCamera& before = given.cameras.at(GivenCamera(id, model, given));
+        before.width != camera.width)
       progress.Warn(fmt::format(
           "the known poses' camera {} is for {} x {} pixels, the pictures have {} x {}: it is scaled to them",
-          id, before.width, before.height, camera.width, camera.height));
+          before.id, before.width, before.height, camera.width, camera.height));
   return model;
 }
 

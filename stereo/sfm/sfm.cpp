@@ -296,7 +296,7 @@ SparseModel EstimatePoses(const fs::path& views_folder, const fs::path& sfm_fold
     model.offset = offset;  // COLMAP's answer knows of none
   }
   if (known_model)
-    JudgeKnownPoses(model, known_model->string(), progress);
+    JudgeKnownPoses(model, known_model->lexically_normal().string(), options.bundle_adjustment, progress);
   else
     JudgePoses(model, views, evidence, options.min_registered, log.string(), progress);
   WriteResult(sfm_folder / "model", hash, model, views.size());

@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "stereo/sfm/camera_models.h"
+#include "stereo/sfm/pose_readings.h"
 
 namespace polarscan {
 namespace {
@@ -29,7 +30,8 @@ constexpr const char* kStillCures =
     "of "
     "the object";
 constexpr double kLeastParallaxPx = 2;
-constexpr int kEnoughMatches = 60;  // with one view: the mapper asks for 30 of them that it has points for
+constexpr double kWidestDeg = 165;  // that a pinhole camera could see at all
+constexpr int kEnoughWithOne = 60;  // with one view: the mapper asks for 30 of them that it has points for
 
 std::vector<std::string> MissingViews(const SparseModel& model, const std::vector<View>& views) {
   std::set<std::string> registered;
@@ -100,10 +102,10 @@ std::string Causes(std::vector<std::string> missing, const SparseModel& model, c
     (!known || image->second.keypoints == 0 ? blank
      : image->second.partners.empty()       ? lonely
      : link.matches == 0                    ? apart
-     : link.matches < kEnoughMatches        ? weak
+     : link.matches < kEnoughWithOne        ? weak
                                             : odd)
         .push_back(name);
-    if (link.matches < kEnoughMatches) most_weak = std::max(most_weak, link.matches);
+    if (link.matches < kEnoughWithOne) most_weak = std::max(most_weak, link.matches);
   }
   const auto add = [&](const std::string& words, const std::vector<std::string>& names,
                        const std::string& more = "") {
@@ -118,6 +120,8 @@ std::string Causes(std::vector<std::string> missing, const SparseModel& model, c
   return fmt::format("{}", fmt::join(parts, "; "));
 }
 
+double FieldDeg(const Pinhole& lens) { return 2 * std::atan2(lens.width, 2 * lens.fx) * 180 / M_PI; }
+
 // doubt: what to do about points that miss their features; cure: about a wrong focal length.
 void JudgeCameras(const SparseModel& model, const std::string& doubt, const std::string& cure,
                   Progress& progress) {
@@ -129,7 +133,7 @@ void JudgeCameras(const SparseModel& model, const std::string& doubt, const std:
                     error, doubt));
   for (const auto& [id, camera] : model.cameras) {
     const Pinhole lens = ToLens(camera).pinhole;
-    const double ratio = lens.fx / lens.fy, field_deg = 2 * std::atan2(lens.width, 2 * lens.fx) * 180 / M_PI;
+    const double ratio = lens.fx / lens.fy, field_deg = FieldDeg(lens);
     const bool is_centred = lens.cx > 0 && lens.cx < lens.width && lens.cy > 0 && lens.cy < lens.height;
     if (ratio < 0.9 || ratio > 1.1 || field_deg < 2 || field_deg > 140 || !is_centred)
       progress.Warn(
@@ -216,7 +220,17 @@ void JudgePoses(const SparseModel& model, const std::vector<View>& views, const 
                "Try the camera model SIMPLE_RADIAL, or give the focal length", progress);
 }
 
-void JudgeKnownPoses(const SparseModel& model, const std::string& where, Progress& progress) {
+void JudgeKnownPoses(const SparseModel& model, const std::string& where, bool adjusted, Progress& progress) {
+  const std::string in_pixels =
+      "Focal lengths and principal points are in pixels: the lens's mm / the sensor's width in mm * the "
+      "picture's width";
+  for (const auto& [id, camera] : model.cameras)
+    if (const Pinhole lens = ToLens(camera).pinhole; FieldDeg(lens) > kWidestDeg)
+      throw Error(
+          fmt::format("camera {} has a focal length of {:.3g} px for a picture {} px wide: it would see "
+                      "{:.0f} degrees",
+                      id, lens.fx, lens.width, FieldDeg(lens)),
+          where, in_pixels);
   double farthest = 0;
   for (const auto& [id, image] : model.images)
     farthest = std::max(farthest, (image.cam_from_world.Center() + model.offset).norm());
@@ -224,12 +238,14 @@ void JudgeKnownPoses(const SparseModel& model, const std::string& where, Progres
     throw Error("all cameras of the known poses stand at one place", where,
                 "Depth needs views from several places. Poses are cam_from_world: the translation is not the "
                 "camera's place, but minus the rotation times it");
-  JudgeCameras(
-      model, fmt::format("Try --bundle-adjustment ({})", where),
-      "Focal lengths and principal points are in pixels: the lens's mm / the sensor's width in mm * the "
-      "picture's width (" +
-          where + ")",
-      progress);
+  if (const std::string other = OtherReading(model); !other.empty())
+    progress.Warn(fmt::format("{} ({})", other, where));
+  JudgeCameras(model,
+               adjusted ? fmt::format("They were adjusted and are not right yet: check them and the focal "
+                                      "length, or let the pictures tell the poses ({})",
+                                      where)
+                        : fmt::format("Try --bundle-adjustment ({})", where),
+               fmt::format("{} ({})", in_pixels, where), progress);
 }
 
 }  // namespace polarscan

@@ -47,8 +47,9 @@ void JudgePoses(const SparseModel& model, const std::vector<View>& views, const 
                 double smallest_share, const std::string& log, Progress& progress);
 
 // The same for known poses, of which the missing ones are known (known_poses.h): throws Error if all cameras
-// stand at one place, warns of cameras that cannot be right. `where` names the given model.
-void JudgeKnownPoses(const SparseModel& model, const std::string& where, Progress& progress);
+// stand at one place or a focal length is absurd, warns of cameras that cannot be right and of poses that
+// seem to be written by another convention. `where` names the given model; adjusted: by bundle adjustment.
+void JudgeKnownPoses(const SparseModel& model, const std::string& where, bool adjusted, Progress& progress);
 
 // Mean reprojection error over the observations of all points, 0 without points.
 double MeanError(const SparseModel& model);

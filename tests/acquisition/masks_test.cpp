@@ -211,6 +211,12 @@ TEST_F(MasksTest, MasksWithoutAPictureEmptyOnesAndFullOnesAreNamed) {
   EXPECT_TELLS(Odd(), "1 of 3 masks are full, the whole picture counts as object: c");
   for (const char* name : {"masks/a.png", "masks/c.png"}) Write(name, Png(8, 0, Rows("\0"s, "\0"s)));
   EXPECT_TELLS(MaskError(), "all 3 masks are empty");
+  const std::string rim(12, '\1'), hole = "\1\1"s + std::string(8, '\0') + "\1\1";
+  for (const char* name : {"masks/a.png", "masks/b.png", "masks/c.png"})
+    Write(name, Png(8, 0, {rim, rim, hole, hole, hole, hole, rim, rim}));
+  EXPECT_TELLS(Odd(), "all masks are white along the borders and black in the middle: are they inverted?");
+  Write("masks/b.png", Png(8, 0, Rows("\0"s, "\1")));
+  EXPECT_FALSE(Odd().find("inverted") != std::string::npos) << "one mask's object is in the picture";
   Write("masks/a.png", Png(8, 0, {std::string(7, '\1')}, "", 7));
   EXPECT_TELLS(MaskError(), "the mask is 7x1, its picture 12x8");
 }

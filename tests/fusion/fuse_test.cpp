@@ -390,6 +390,27 @@ TEST(Fusion, ViewsTooFarApartAreSaidWithTheirAngleAndNeighboursAreNot) {
   EXPECT_NE(few.find(fmt::format("{:.0f} degrees apart", angle)), std::string::npos) << few;
 }
 
+TEST(Fusion, FewDepthsInsideOfTheMasksAreSaidWhereViewsAreNear) {
+  TemporaryFolder folder;
+  Workspace workspace = SphereWorkspace(folder.path(), 18);
+  WriteSphere(workspace);
+  WriteSphereMasks(workspace);
+  const auto words = [&](bool masks) {
+    FusionOptions options;
+    options.masks = masks;
+    Listener listener;
+    return FewDepths(ToJson(FuseCloud(workspace, folder.path() / "cloud.ply", options, listener)));
+  };
+  EXPECT_EQ(words(true), "");
+  WriteSphere(workspace, [](int, SphereMaps& maps) {  // what a filter leaves of wrong depths
+    for (int y = 0; y < maps.depth.height(); ++y)
+      for (int x = 0; x < maps.depth.width(); ++x)
+        if (y % 8 > 1) maps.depth(x, y) = 0;
+  });
+  EXPECT_NE(words(true).find("% of the pixels inside of the masks have a depth"), std::string::npos);
+  EXPECT_EQ(words(false), "") << "masks that are not used tell nothing";
+}
+
 TEST(Fusion, ALocalFrameIsSaidInTheCloudAndBesideItAndChangesNoPoint) {
   TemporaryFolder folder;
   Workspace workspace = SphereWorkspace(folder.path(), 4);

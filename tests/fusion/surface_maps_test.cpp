@@ -248,6 +248,22 @@ TEST_F(SurfaceMaps, TheFilterDropsWhatHardlyAnyOtherViewSupports) {
   EXPECT_LT(kept_of_cap(), 0.1);
 }
 
+TEST_F(SurfaceMaps, OfTwoViewsTheFilterAsksForNoMoreThanTheirOwnAgreement) {
+  const StereoOptions usual;
+  options_.filter = true, options_.filter_min_variance = 0, options_.views = "v100,v101";
+  options_.filter_min_support = 1.2;  // so these maps are those of two views
+  Write([](int, SphereMaps&) {});
+  options_.filter_min_support = usual.filter_min_support;
+  EstimateMaps(folder_.path(), options_, listener_);
+  const Image<float> depth = ReadDepthMap(workspace_.DepthPath(0, kFinalMaps)),
+                     truth = ExactSphereMaps(workspace_.views[0]).depth;
+  const auto count = [](const Image<float>& map) {
+    return std::ranges::count_if(map.pixels(), [](float d) { return d > 0; });
+  };
+  EXPECT_GT(double(count(depth)), 0.4 * double(count(truth)));
+  EXPECT_LT(count(depth), count(truth)) << "what one view sees stays out";
+}
+
 // The maps are exact; the AoP are turned (s1, s2) -> turn(s1, s2).
 AopFit FitOfAngles(const std::function<std::pair<float, float>(float, float)>& turn, float noise = 0) {
   TemporaryFolder folder;

@@ -10,6 +10,7 @@
 #include "fake_colmap.h"
 #include "stereo/sfm/colmap.h"
 #include "stereo/sfm/known_poses.h"
+#include "stereo/sfm/pose_readings.h"
 
 namespace polarscan {
 namespace {
@@ -488,6 +489,86 @@ TEST_F(Sfm, KnownPosesThatCannotBeAreSaid) {
   WriteSparseModelText(*known, given);
   Run();
   EXPECT_TRUE(progress.Heard("Focal lengths and principal points are in pixels"));
+  given.cameras[3].params = {2, 2, 60, 50};
+  WriteSparseModelText(*known, given);
+  EXPECT_TRUE(Contains(RunError(), "a focal length of 2 px for a picture 120 px wide"));
+}
+
+TEST_F(Sfm, PicturesOfOneKnownCameraMayDifferInSize) {
+  WritePng(folder / "views/003.png", Image<std::uint8_t>(60, 50, 7));
+  WriteStokes(folder / "views/003.tif", {{60, 50}, {60, 50}, {60, 50}, {}});
+  WriteSparseModelText(folder / "given", ModelOf(views));
+  known = folder / "given";
+  const SparseModel model = Run();
+  std::set<int> widths;
+  for (const auto& [id, image] : model.images) {
+    EXPECT_EQ(model.cameras.at(image.camera_id).width, image.name == "003.png" ? 60 : 120) << image.name;
+    widths.insert(model.cameras.at(image.camera_id).width);
+  }
+  EXPECT_EQ(widths.size(), 2u);
+  EXPECT_TRUE(progress.Heard("is for 120 x 100 pixels, the pictures have 60 x 50"));
+}
+
+TEST_F(Sfm, OnePictureWithKnownPosesIsSaidToBeTooFew) {
+  known = folder / "given";
+  WriteSparseModelText(*known, Registered(0, 1));
+  const std::string error = ErrorOf([&] { ReadKnownPoses(*known, {{views[0].name, 120, 100}}, progress); });
+  EXPECT_TRUE(Contains(error, "there is one picture only, 000")) << error;
+}
+
+// A ring of cameras that look at its middle, from different distances, its numbers written as `write` does.
+SparseModel Written(const std::function<void(Rigid&)>& write) {
+  SparseModel model;
+  for (int i = 0; i < 9; ++i) {
+    const double angle = 0.5 * i, far = 4 + 0.3 * (i % 3);
+    const Eigen::Vector3d place(far * std::sin(angle), 1 + 0.2 * (i % 2), far * std::cos(angle));
+    Rigid pose;
+    const Eigen::Vector3d z = -place.normalized(), x = Eigen::Vector3d(0, -1, 0).cross(z).normalized();
+    pose.rotation << x.transpose(), z.cross(x).transpose(), z.transpose();
+    pose.translation = -(pose.rotation * place);
+    write(pose);
+    model.images[std::uint32_t(i)] = {std::uint32_t(i), 1, pose, "", {}};
+  }
+  return model;
+}
+
+TEST(PoseReadings, PosesOfAnotherConventionAreFoundOutAndRightOnesAreNot) {
+  const auto to_world = [](Rigid& pose) { pose = pose.Inverse(); };
+  const auto axes = [](Rigid& pose) {
+    const Eigen::Matrix3d turn = Eigen::Vector3d(1, -1, -1).asDiagonal();
+    pose = {turn * pose.rotation, turn * pose.translation};
+  };
+  const auto quaternion = [](Rigid& pose) {  // x y z w, read as w x y z
+    const Eigen::Quaterniond q(pose.rotation);
+    pose.rotation = Eigen::Quaterniond(q.x(), q.y(), q.z(), q.w()).toRotationMatrix();
+  };
+  EXPECT_EQ(OtherReading(Written([](Rigid&) {})), "");
+  EXPECT_TRUE(
+      Contains(OtherReading(Written(to_world)), "with the poses as those of the camera in the world"));
+  EXPECT_TRUE(Contains(OtherReading(Written(axes)), "with the cameras' axes as y up"));
+  EXPECT_TRUE(Contains(OtherReading(Written(quaternion)), "with their quaternions as x y z w they"));
+  const std::string both = OtherReading(Written([&](Rigid& pose) { axes(pose), to_world(pose); }));
+  EXPECT_TRUE(Contains(both, "in the world (camera to world) and the cameras' axes as y up")) << both;
+  SparseModel moved = Written(to_world);  // in a local frame
+  moved.offset = {1, 2, 3};
+  for (auto& [id, image] : moved.images)
+    image.cam_from_world.translation += image.cam_from_world.rotation * moved.offset;
+  EXPECT_EQ(OtherReading(moved), OtherReading(Written(to_world)));
+}
+
+TEST(PoseReadings, FlightsAndRoomsAreNotDoubted) {
+  const SparseModel flight = Written([](Rigid& pose) {  // straight down
+    const Eigen::Vector3d place = pose.Center();
+    pose.rotation = Eigen::Vector3d(1, -1, -1).asDiagonal();
+    pose.translation = -(pose.rotation * place);
+  });
+  EXPECT_EQ(OtherReading(flight), "");
+  SparseModel room = Written([](Rigid& pose) {  // looks outward
+    const Eigen::Matrix3d turn = Eigen::Vector3d(-1, 1, -1).asDiagonal();
+    pose = {turn * pose.rotation, turn * pose.translation};
+  });
+  room.points[1] = {};  // found in its pictures
+  EXPECT_EQ(OtherReading(room), "");
 }
 
 TEST_F(Sfm, RealColmapFindsNothingOnBlankPictures) {
