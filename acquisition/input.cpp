@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <set>
 
+#include "acquisition/input_angles.h"
 #include "acquisition/input_forms.h"
 #include "acquisition/input_masks.h"
 #include "acquisition/input_options.h"
@@ -26,12 +27,18 @@ void RequireFolder(const fs::path& folder) {
     throw Error("a folder with pictures was expected, this is a file", folder.string());
 }
 
-Layout MosaicLayout(const Input& input, const InputOptions& options) {
+// file_bits: of a sample in the files.
+Layout MosaicLayout(const Input& input, const InputOptions& options, int file_bits) {
+  const bool asks_bits = file_bits == 16 && options.bits == 0;
   if (options.layout.empty())
-    throw Error("the layout of these raw mosaics is not known", input.folder.string(),
-                "Give the polarizer angles of the 2x2 cell from the top-left pixel, as in --layout \"90 45 / "
-                "135 0\" (most "
-                "Sony sensors), or \"layout\" under \"sensor\" in set.json");
+    throw Error(
+        fmt::format("the layout of these raw mosaics is not known{}",
+                    asks_bits ? ", nor how many of the 16 bits they use" : ""),
+        input.folder.string(),
+        fmt::format(
+            "Give the polarizer angles of the 2x2 cell from the top-left pixel, as in --layout \"90 45 "
+            "/ 135 0\" (most Sony sensors), or \"layout\" under \"sensor\" in set.json{}",
+            asks_bits ? "; and --bits 12 (or 10, 14, 16), or \"bits\" there" : ""));
   return ParseLayout(options.layout);
 }
 
@@ -66,7 +73,7 @@ int BitsOf16(Input& input, const InputOptions& options) {
 // What the first picture says about depth, under what the options say.
 void SetSensor(Input& input, const InputOptions& options, const Picture& first) {
   Sensor& sensor = input.sensor;
-  if (input.kind == InputKind::kMosaic) sensor.layout = MosaicLayout(input, options);
+  if (input.kind == InputKind::kMosaic) sensor.layout = MosaicLayout(input, options, first.bits);
   sensor.bits = first.bits == 16 ? BitsOf16(input, options) : first.bits;
   if (first.bits == 8 && options.bits > 0) sensor.bits = std::min(8, options.bits);
   const bool floating = first.bits == 32;
@@ -153,6 +160,16 @@ void LookAtFiles(Input& input) {
   for (const std::string& odd : Differences(input)) input.warnings.push_back(odd);
 }
 
+void WarnOfAngles(Input& input) {
+  const std::vector<double> angles = AnglesNamesMayMean(input.folder);
+  if (angles.empty()) return;
+  input.warnings.push_back(
+      fmt::format("the folders {} may be the angles of a polarizer, and their pictures are taken as plain "
+                  "photos: give {} "
+                  "if they are angles, --input-kind photos if not",
+                  AnglesText(angles), AnglesOption(angles)));
+}
+
 void AddNotes(Input& input, const InputOptions& options, const Picture& first) {
   const auto without = std::ranges::count_if(input.views, [](const InputView& view) { return !view.mask; });
   if (without > 0 && std::size_t(without) < input.views.size())
@@ -161,6 +178,7 @@ void AddNotes(Input& input, const InputOptions& options, const Picture& first) {
   if (!MaskFromAlpha(first).empty())
     input.notes.push_back(without > 0 ? "what is transparent in the pictures counts as their mask"
                                       : "the pictures' transparency is not used, since there are masks");
+  if (!input.polarized() && options.kind == "auto") WarnOfAngles(input);
   if (!input.polarized())
     input.notes.push_back("plain photos: no polarization is known, so stereo goes by the intensity alone");
   if (!input.views[0].exposures.empty())
