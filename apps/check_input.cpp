@@ -7,6 +7,7 @@
 
 #include "acquisition/input_masks.h"
 #include "apps/check_files.h"
+#include "apps/stages.h"
 #include "core/error.h"
 #include "stereo/sfm/model.h"
 
@@ -15,8 +16,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// needs: why reconstruct would not begin, though nothing is damaged.
 struct Looked {
-  std::vector<std::string> odd, damage;
+  std::vector<std::string> odd, damage, needs;
 
   template <class Look>
   void Try(Look&& look) {
@@ -28,14 +30,13 @@ struct Looked {
   }
 };
 
-// What only the options of a command can tell is assumed, so that the rest can be looked at; that it is
-// missing is odd.
+// What only the options of a command can tell is assumed, so that the rest can be looked at.
 Input Open(const fs::path& folder, Looked& findings) {
   InputOptions options;
   try {
     return OpenInput(folder, options);
   } catch (const Error& error) {
-    findings.odd.push_back(error.what());
+    findings.needs.push_back(error.what());
     for (const int bits : {0, 16}) {
       options.layout = ToString(Layout()), options.bits = bits;
       try {
@@ -45,6 +46,11 @@ Input Open(const fs::path& folder, Looked& findings) {
     }
     throw;
   }
+}
+
+const char* Verdict(const Looked& findings) {
+  if (!findings.damage.empty()) return "damaged";
+  return findings.needs.empty() ? "sound" : "sound, but not enough for reconstruct, as the warnings say";
 }
 
 // Views that the known model has a pose for.
@@ -77,7 +83,7 @@ void LookAtPictures(const Input& input, Looked& findings, Progress& progress) {
 void CheckInputFolder(const fs::path& folder, Context& context) {
   Looked findings;
   const Input input = Open(folder, findings);
-  const bool assumed = !findings.odd.empty();
+  const bool assumed = !findings.needs.empty();
   findings.odd.insert(findings.odd.end(), input.warnings.begin(), input.warnings.end());
   LookAtPictures(input, findings, context.progress);
   const auto masks =
@@ -87,10 +93,16 @@ void CheckInputFolder(const fs::path& folder, Context& context) {
     findings.Try([&] {
       CheckModel(*input.known_model);
       poses = CountPoses(input);
+      if (input.views.size() > 1) CheckKnownPoses(input, context.progress);
     });
+  try {
+    RequireTwoViews(input);
+  } catch (const Error& error) {
+    findings.needs.push_back(error.what());
+  }
   std::ranges::sort(findings.damage);
   findings.damage.erase(std::unique(findings.damage.begin(), findings.damage.end()), findings.damage.end());
-  for (const auto* list : {&findings.damage, &findings.odd})
+  for (const auto* list : {&findings.damage, &findings.needs, &findings.odd})
     for (const std::string& text : *list) context.progress.Warn(text);
   for (const std::string& note : input.notes) context.progress.Info(note);
   context.data_lost = !findings.damage.empty();
@@ -102,12 +114,12 @@ void CheckInputFolder(const fs::path& folder, Context& context) {
                  {"height", input.height},
                  {"poses", poses},
                  {"sound", findings.damage.empty()},
+                 {"needs", findings.needs},
                  {"odd", findings.odd},
                  {"damage", findings.damage}});
   context.Finish(result, fmt::format("input: {} views of {}x{}, {}{}; masks for {}, poses for {}: {}",
                                      input.views.size(), input.width, input.height, ToString(input.kind),
-                                     assumed ? " (assumed)" : "", masks, poses,
-                                     findings.damage.empty() ? "sound" : "damaged"));
+                                     assumed ? " (assumed)" : "", masks, poses, Verdict(findings)));
 }
 
 }  // namespace polarscan

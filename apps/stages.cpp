@@ -73,6 +73,12 @@ void CheckKnownPoses(const Input& input, Progress& progress) {
   ReadKnownPoses(*input.known_model, views, progress);
 }
 
+void RequireTwoViews(const Input& input) {
+  if (input.views.size() > 1) return;
+  throw Error("there is only one view, and depth needs two at least", input.folder.string(),
+              "Take pictures from all around the object, with much overlap");
+}
+
 SfmOptions WithMasksOf(SfmOptions options, const UndistortOptions& dense) {
   if (!dense.masks && options.masks == "auto") options.masks = "no";
   return options;

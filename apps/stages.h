@@ -16,6 +16,9 @@ namespace polarscan {
 // before anything is made. Throws and warns as ReadKnownPoses does.
 void CheckKnownPoses(const Input& input, Progress& progress);
 
+// Throws Error if the input has fewer than two views, which show no depth.
+void RequireTwoViews(const Input& input);
+
 // Structure from motion's options where masks may have been switched off for the whole scan: then they are
 // for poses too, unless they were asked for.
 SfmOptions WithMasksOf(SfmOptions options, const UndistortOptions& dense);
