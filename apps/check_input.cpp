@@ -37,8 +37,9 @@ Input Open(const fs::path& folder, Looked& findings) {
     return OpenInput(folder, options);
   } catch (const Error& error) {
     findings.needs.push_back(error.what());
-    for (const int bits : {0, 16}) {
-      options.layout = ToString(Layout()), options.bits = bits;
+    const std::string layout = ToString(Layout());
+    for (const auto& [assumed, bits] : {std::pair(std::string(), 16), {layout, 0}, {layout, 16}}) {
+      options.layout = assumed, options.bits = bits;
       try {
         return OpenInput(folder, options);
       } catch (const Error&) {
@@ -64,11 +65,15 @@ std::size_t CountPoses(const Input& input) {
   }));
 }
 
-void LookAtPictures(const Input& input, Looked& findings, Progress& progress) {
+// Returns the number of views with a mask: of its own or what is transparent in its picture.
+std::size_t LookAtPictures(const Input& input, Looked& findings, Progress& progress) {
+  std::size_t masks = 0;
   progress.Begin("looking at the pictures", input.views.size());
   for (int i = 0; i < int(input.views.size()); ++i) {
     progress.Check();
-    findings.Try([&] { ReadView(input, i); });
+    bool masked = input.views[std::size_t(i)].mask.has_value();
+    findings.Try([&] { masked |= !ReadView(input, i).mask.empty(); });
+    masks += masked;
     progress.Advance();
   }
   progress.Check();
@@ -76,6 +81,7 @@ void LookAtPictures(const Input& input, Looked& findings, Progress& progress) {
     const std::vector<std::string> odd = CheckMasks(input, progress);
     findings.odd.insert(findings.odd.end(), odd.begin(), odd.end());
   });
+  return masks;
 }
 
 }  // namespace
@@ -85,9 +91,7 @@ void CheckInputFolder(const fs::path& folder, Context& context) {
   const Input input = Open(folder, findings);
   const bool assumed = !findings.needs.empty();
   findings.odd.insert(findings.odd.end(), input.warnings.begin(), input.warnings.end());
-  LookAtPictures(input, findings, context.progress);
-  const auto masks =
-      std::ranges::count_if(input.views, [](const auto& view) { return view.mask.has_value(); });
+  const std::size_t masks = LookAtPictures(input, findings, context.progress);
   std::size_t poses = 0;
   if (input.known_model)
     findings.Try([&] {
@@ -112,6 +116,7 @@ void CheckInputFolder(const fs::path& folder, Context& context) {
                  {"kind", "input"},
                  {"width", input.width},
                  {"height", input.height},
+                 {"masks", masks},
                  {"poses", poses},
                  {"sound", findings.damage.empty()},
                  {"needs", findings.needs},
