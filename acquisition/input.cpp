@@ -213,8 +213,21 @@ void WarnOfEncoding(Input& input, const InputOptions& options, const Picture& fi
         "they are not)");
 }
 
+// JPEG keeps blocks of pixels, not single ones.
+void WarnOfJpegMosaics(Input& input) {
+  if (input.kind != InputKind::kMosaic || input.session) return;
+  const auto jpegs =
+      std::ranges::count_if(input.views, [](const InputView& view) { return IsJpeg(view.files[0]); });
+  if (jpegs > 0)
+    input.warnings.push_back(fmt::format(
+        "{} of {} raw mosaics are JPEG, which blends neighbouring pixels, here of different polarizers: "
+        "polarization is wrong or lost there. Save the camera's pictures as PNG or TIFF",
+        jpegs, input.views.size()));
+}
+
 void AddWarnings(Input& input, const InputOptions& options, const Picture& first) {
   WarnOfEncoding(input, options, first);
+  WarnOfJpegMosaics(input);
   if (first.bits == 8 && options.bits > 8 && !input.session)
     input.warnings.push_back(fmt::format(
         "these pictures hold 8 bits, not {} as --bits or set.json says; they are taken as 8 bits. Save "
@@ -308,6 +321,10 @@ Input OpenInput(const fs::path& folder, const InputOptions& given, Progress& pro
   SetCalibration(input, std::move(calibration));
   AddNotes(input, options, first);
   AddWarnings(input, options, first);
+  if (!given.layout.empty() && input.kind != InputKind::kMosaic)
+    input.warnings.push_back(fmt::format(
+        "--layout is for raw mosaics and not used: these pictures are taken as {}{}", ToString(input.kind),
+        input.kind == InputKind::kPhotos ? " (--input-kind mosaic if they are raw mosaics)" : ""));
   ReadView(input, 0);  // what does not fit together should show now
   return input;
 }
