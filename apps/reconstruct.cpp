@@ -107,8 +107,10 @@ void Reconstruct(const Arguments& a, Context& context) {
   RequireTwoViews(input);
   Progress silent;  // what is only odd the stage says itself
   CheckKnownPoses(input, a.dry_run ? context.progress : silent);
-  if (a.dry_run)  // else the stage of the views does that
+  if (a.dry_run) {  // else the stage of the views says that
+    TellNotes(input, context.progress);
     for (const std::string& odd : CheckMasks(input, context.progress)) context.progress.Warn(odd);
+  }
   const auto open = a.dry_run ? Scan::Plan : Scan::OpenOrCreate;
   Scan scan = open(a.scan, NameOf(a.inputs), FingerprintOf(a.inputs, a.scan), context.progress);
   RunStages(scan, input, a);

@@ -60,12 +60,12 @@ bool LacksOutput(const CLI::App& command) {
   return output && output->get_required() && output->count() == 0;
 }
 
-// "; is -o WORD meant?", where several arguments were given and the output was not.
+// "; perhaps -o WORD is meant", where several arguments were given and the output was not.
 std::string OutputMeant(const CLI::App& command) {
   if (!LacksOutput(command)) return "";
   for (const CLI::Option* option : command.get_options())
     if (option->get_positional() && option->count() > 1)
-      return fmt::format("; is -o {} meant?", option->results().back());
+      return fmt::format("; perhaps -o {} is meant", option->results().back());
   return "";
 }
 
@@ -73,8 +73,8 @@ std::string OneTooMany(const CLI::App& command, const std::string& word) {
   std::string wanted;
   for (const OptionWords& words : WordsOf(command))
     if (words.positional) wanted += (wanted.empty() ? "" : " ") + words.names[0];
-  const std::string meant =
-      LacksOutput(command) ? fmt::format("is -o {} meant?", word) : "put quotes around what has spaces";
+  const std::string meant = LacksOutput(command) ? fmt::format("perhaps -o {} is meant", word)
+                                                 : "put quotes around what has spaces";
   return fmt::format("'{}' is one word too many: {}takes {}; {}{}", word, Subject(command),
                      wanted.empty() ? "options only" : wanted, meant, Example(command));
 }
