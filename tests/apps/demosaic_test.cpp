@@ -176,7 +176,8 @@ TEST_F(DemosaicCommand, OverwritesNeitherItsInputNorAnyFilesButItsOwn) {
 
 TEST_F(DemosaicCommand, NoCommandWritesIntoAFolderOfOtherFiles) {
   const std::string mosaics = (folder_ / "mosaics").string(), foreign = (folder_ / "foreign").string();
-  WritePng(folder_ / "mosaics/mosaic/a.png", Image<std::uint8_t>(40, 32, 9));
+  for (const char* name : {"a.png", "b.png"})
+    WritePng(folder_ / "mosaics/mosaic" / name, Image<std::uint8_t>(40, 32, 9));
   WriteFileAtomically(folder_ / "mosaics/set.json", R"({"sensor": {"layout": "90 45 / 135 0"}})");
   WriteFileAtomically(folder_ / "foreign/thesis.txt", "irreplaceable");
   WriteFileAtomically(folder_ / "foreign/set.json", R"({"renderer": "another"})");

@@ -192,7 +192,12 @@ TEST_F(Usage, WhatIsNotWhatACommandTakesIsNamedWithWhatWouldBe) {
 }
 
 TEST_F(Usage, CheckKnowsPosesByTheirFolderAndSaysWhatRepairCannotDo) {
-  const Outcome poses = RunPolarscan({"check", At("scan/sfm")});
+  const fs::path model = fs::path(At("sfm")) / "model";
+  WriteFileAtomically(model / "cameras.txt", "1 PINHOLE 64 48 80 80 32 24\n");
+  WriteFileAtomically(model / "images.txt", "1 1 0 0 0 0 0 4 1 000.png\n\n");
+  WriteFileAtomically(model / "points3D.txt", "");
+  WriteFileAtomically(At("sfm/colmap.log"), "");
+  const Outcome poses = RunPolarscan({"check", At("sfm")});
   EXPECT_EQ(poses.exit_code, kDone) << poses.err;
   EXPECT_NE(poses.err.find("sparse model: sound"), std::string::npos) << poses.err;
 
