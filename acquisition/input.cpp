@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <set>
 
+#include "acquisition/input_angles.h"
 #include "acquisition/input_forms.h"
 #include "acquisition/input_masks.h"
 #include "acquisition/input_options.h"
@@ -27,12 +28,18 @@ void RequireFolder(const fs::path& folder) {
     throw Error("a folder with pictures was expected, this is a file", folder.string());
 }
 
-Layout MosaicLayout(const Input& input, const InputOptions& options) {
+// file_bits: of a sample in the files.
+Layout MosaicLayout(const Input& input, const InputOptions& options, int file_bits) {
+  const bool asks_bits = file_bits == 16 && options.bits == 0;
   if (options.layout.empty())
-    throw Error("the layout of these raw mosaics is not known", input.folder.string(),
-                "Give the polarizer angles of the 2x2 cell from the top-left pixel, as in --layout \"90 45 / "
-                "135 0\" (most "
-                "Sony sensors), or \"layout\" under \"sensor\" in set.json");
+    throw Error(
+        fmt::format("the layout of these raw mosaics is not known{}",
+                    asks_bits ? ", nor how many of the 16 bits they use" : ""),
+        input.folder.string(),
+        fmt::format(
+            "Give the polarizer angles of the 2x2 cell from the top-left pixel, as in --layout \"90 45 "
+            "/ 135 0\" (most Sony sensors), or \"layout\" under \"sensor\" in set.json{}",
+            asks_bits ? "; and --bits 12 (or 10, 14, 16), or \"bits\" there" : ""));
   return ParseLayout(options.layout);
 }
 
@@ -67,7 +74,7 @@ int BitsOf16(Input& input, const InputOptions& options) {
 // What the first picture says about depth, under what the options say.
 void SetSensor(Input& input, const InputOptions& options, const Picture& first) {
   Sensor& sensor = input.sensor;
-  if (input.kind == InputKind::kMosaic) sensor.layout = MosaicLayout(input, options);
+  if (input.kind == InputKind::kMosaic) sensor.layout = MosaicLayout(input, options, first.bits);
   sensor.bits = first.bits == 16 ? BitsOf16(input, options) : first.bits;
   if (first.bits == 8 && options.bits > 0) sensor.bits = std::min(8, options.bits);
   const bool floating = first.bits == 32;
@@ -167,6 +174,16 @@ void LookAtFiles(Input& input) {
   for (const std::string& odd : Differences(input)) input.warnings.push_back(odd);
 }
 
+void WarnOfAngles(Input& input) {
+  const std::vector<double> angles = AnglesNamesMayMean(input.folder);
+  if (angles.empty()) return;
+  input.warnings.push_back(
+      fmt::format("the folders {} may be the angles of a polarizer, and their pictures are taken as plain "
+                  "photos: give {} "
+                  "if they are angles, --input-kind photos if not",
+                  AnglesText(angles), AnglesOption(angles)));
+}
+
 void AddNotes(Input& input, const InputOptions& options, const Picture& first) {
   const auto without = std::ranges::count_if(input.views, [](const InputView& view) { return !view.mask; });
   if (without > 0 && std::size_t(without) < input.views.size())
@@ -175,6 +192,7 @@ void AddNotes(Input& input, const InputOptions& options, const Picture& first) {
   if (!MaskFromAlpha(first).empty())
     input.notes.push_back(without > 0 ? "what is transparent in the pictures counts as their mask"
                                       : "the pictures' transparency is not used, since there are masks");
+  if (!input.polarized() && options.kind == "auto") WarnOfAngles(input);
   if (!input.polarized())
     input.notes.push_back("plain photos: no polarization is known, so stereo goes by the intensity alone");
   if (!input.views[0].exposures.empty())
@@ -209,8 +227,21 @@ void WarnOfEncoding(Input& input, const InputOptions& options, const Picture& fi
         "they are not)");
 }
 
+// JPEG keeps blocks of pixels, not single ones.
+void WarnOfJpegMosaics(Input& input) {
+  if (input.kind != InputKind::kMosaic || input.session) return;
+  const auto jpegs =
+      std::ranges::count_if(input.views, [](const InputView& view) { return IsJpeg(view.files[0]); });
+  if (jpegs > 0)
+    input.warnings.push_back(fmt::format(
+        "{} of {} raw mosaics are JPEG, which blends neighbouring pixels, here of different polarizers: "
+        "polarization is wrong or lost there. Save the camera's pictures as PNG or TIFF",
+        jpegs, input.views.size()));
+}
+
 void AddWarnings(Input& input, const InputOptions& options, const Picture& first) {
   WarnOfEncoding(input, options, first);
+  WarnOfJpegMosaics(input);
   if (first.bits == 8 && options.bits > 8 && !input.session)
     input.warnings.push_back(fmt::format(
         "these pictures hold 8 bits, not {} as --bits or set.json says; they are taken as 8 bits. Save "
@@ -305,6 +336,10 @@ Input OpenInput(const fs::path& folder, const InputOptions& given, Progress& pro
   SetCalibration(input, std::move(calibration));
   AddNotes(input, options, first);
   AddWarnings(input, options, first);
+  if (!given.layout.empty() && input.kind != InputKind::kMosaic)
+    input.warnings.push_back(fmt::format(
+        "--layout is for raw mosaics and not used: these pictures are taken as {}{}", ToString(input.kind),
+        input.kind == InputKind::kPhotos ? " (--input-kind mosaic if they are raw mosaics)" : ""));
   ReadView(input, 0);  // what does not fit together should show now
   return input;
 }

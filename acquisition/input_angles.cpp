@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/input_angles.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>
@@ -82,6 +82,10 @@ std::string AnglesText(const std::vector<double>& angles) {
   return text;
 }
 
+std::string AnglesOption(const std::vector<double>& angles) {
+  return fmt::format("--angles {:g}", fmt::join(angles, ","));
+}
+
 std::map<double, fs::path> AngleFolders(const fs::path& folder) {
   std::map<double, fs::path> angles;
   for (const auto& [name, path] : ListFolders(folder)) {
@@ -102,6 +106,19 @@ std::vector<double> AnglesOfFolders(const fs::path& folder) {
   const auto known =
       std::ranges::count_if(kFourAngles, [&](double angle) { return folders.contains(angle); });
   return known >= 2 ? kFourAngles : std::vector<double>();
+}
+
+std::vector<double> AnglesNamesMayMean(const fs::path& folder) {
+  std::vector<double> angles;
+  std::vector<std::string> names;
+  for (const auto& [angle, path] : AngleFolders(folder)) {
+    std::vector<std::string> now;
+    for (const auto& [name, picture] : ListPictures(path)) now.push_back(name);
+    if (now.empty() || (!names.empty() && now != names)) return {};
+    names = now;
+    angles.push_back(angle);
+  }
+  return angles.size() >= 3 ? angles : std::vector<double>();
 }
 
 std::vector<PictureFiles> SplitByAngle(const PictureFiles& files, const std::vector<double>& angles) {

@@ -99,6 +99,13 @@ std::vector<InputView> ListAngleStacks(const PictureFiles& files, const std::vec
   return views;
 }
 
+// For an example of --angles: those of the folders, where they are enough.
+std::vector<double> OwnAngles(const std::map<double, fs::path>& folders) {
+  std::vector<double> angles;
+  for (const auto& [angle, folder] : folders) angles.push_back(angle);
+  return angles.size() >= 3 ? angles : std::vector<double>{0, 60, 120};
+}
+
 std::vector<InputView> ListAngles(const std::string& given, Input& input) {
   const std::map<double, fs::path> folders = AngleFolders(input.folder);
   const std::vector<double> found = AnglesOfFolders(input.folder);
@@ -110,10 +117,10 @@ std::vector<InputView> ListAngles(const std::string& given, Input& input) {
     std::vector<fs::path> in_order;
     for (const double angle : input.angles) {
       if (!has_folder(angle))
-        throw Error(fmt::format("the folder of the angle {:g} is missing", angle), input.folder.string(),
-                    "Four are needed, named I-00 I-45 I-90 I-135 or 0 45 90 135; others with --angles, as in "
-                    "--angles "
-                    "0,60,120");
+        throw Error(
+            fmt::format("the folder of the angle {:g} is missing", angle), input.folder.string(),
+            "Four are needed, named I-00 I-45 I-90 I-135 or 0 45 90 135; others with --angles, as in " +
+                AnglesOption(OwnAngles(folders)));
       in_order.push_back(folders.at(angle));
     }
     if (given.empty() && input.angles != Input().angles)

@@ -58,9 +58,17 @@ InputKind RecognizeFlat(const fs::path& folder, const InputOptions& options) {
   const Picture first = ReadPicture(path);
   if (!IsGrey(first)) return InputKind::kPhotos;
   if (!options.layout.empty()) return InputKind::kMosaic;
-  throw Error("these grey pictures may be raw mosaics or plain photos", folder.string(),
-              "Give --input-kind mosaic --layout \"90 45 / 135 0\" (with your sensor's angles) or "
-              "--input-kind photos");
+  if (const auto angles = AnglesNamesMayMean(folder); !angles.empty())
+    throw Error(
+        fmt::format("the folders {} look like the angles of a polarizer", AnglesText(angles)),
+        folder.string(),
+        fmt::format("If they are, give {}; if not, --input-kind photos or mosaic", AnglesOption(angles)));
+  const bool asks_bits = first.bits == 16 && options.bits == 0 && options.white_level <= 0;
+  throw Error(
+      "these grey pictures may be raw mosaics or plain photos", folder.string(),
+      fmt::format("Give --input-kind mosaic --layout \"90 45 / 135 0\" (with your sensor's angles){} or "
+                  "--input-kind photos",
+                  asks_bits ? " --bits 12 (or 10, 14, 16: how many of the 16 it uses)" : ""));
 }
 
 InputKind KindOf(const std::string& name) {

@@ -20,6 +20,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double kMayBeRinging = 0.01;  // of a channel's samples
+
 std::string SizeOf(const Picture& picture) { return fmt::format("{}x{}", picture.width(), picture.height()); }
 
 Picture PageAsPicture(const fs::path& path, const TiffPage& page) {
@@ -89,9 +91,28 @@ void CheckDepth(const Input& input, const fs::path& path, const Picture& picture
   }
 }
 
+// Light has no sign, Stokes pictures do. A filter's ringing leaves a few samples below 0.
+void RefuseSigns(const fs::path& path, const Picture& picture) {
+  for (std::size_t c = 0; c < picture.planes.size(); ++c) {
+    const auto& samples = picture.planes[c].pixels();
+    const double below = double(std::ranges::count_if(samples, [](float v) { return v < 0; }));
+    const double share = below / double(samples.size());
+    if (share <= kMayBeRinging) continue;
+    throw Error(
+        fmt::format("{:.0f} % of the samples in channel {} are below 0: this is no photo", 100 * share,
+                    c + 1),
+        path.string(),
+        fmt::format(
+            "If the channels are S0, S1 and S2, save each in a file of its own: NAME_s0{0} NAME_s1{0} "
+            "NAME_s2{0}, or NAME{0} in the folders s0/ s1/ s2/",
+            path.extension().string()));
+  }
+}
+
 void CheckPicture(const Input& input, const fs::path& path, Picture& picture) {
   if (picture.width() == 0) throw Error("the picture is empty", path.string());
   const bool floating = picture.bits == 32;
+  if (input.kind == InputKind::kPhotos && floating) RefuseSigns(path, picture);
   if (input.kind == InputKind::kStokes && !floating)
     throw Error("Stokes pictures must be floating point (S1 and S2 have signs)", path.string(),
                 "Use EXR, float TIFF or NPY");

@@ -26,8 +26,12 @@ struct Kind {
   std::function<void(const fs::path&)> check;
 };
 
-bool HoldsModel(const fs::path& folder) {
-  return fs::exists(folder / "cameras.bin") || fs::exists(folder / "cameras.txt");
+// The COLMAP model in a folder: there, in model/ as stage sfm leaves it, or in 0/ as COLMAP does; empty if
+// there is none.
+fs::path ModelIn(const fs::path& folder) {
+  for (const fs::path& at : {folder, folder / "model", folder / "0"})
+    if (fs::exists(at / "cameras.bin") || fs::exists(at / "cameras.txt")) return at;
+  return {};
 }
 
 bool IsWorkspace(const fs::path& folder) {
@@ -35,14 +39,14 @@ bool IsWorkspace(const fs::path& folder) {
 }
 
 bool MayBeInput(const fs::path& path) {
-  return fs::is_directory(path) && !IsCalibration(path) && !HoldsModel(path) && !IsWorkspace(path);
+  return fs::is_directory(path) && !IsCalibration(path) && ModelIn(path).empty() && !IsWorkspace(path);
 }
 
 Kind KindOf(const fs::path& path, Progress& progress) {
   const std::string extension = path.extension().string();
   if (fs::is_directory(path)) {
     if (IsCalibration(path)) return {"calibration", [](const fs::path& p) { ReadCalibration(p); }};
-    if (HoldsModel(path)) return {"sparse model", CheckModel};
+    if (!ModelIn(path).empty()) return {"sparse model", [](const fs::path& p) { CheckModel(ModelIn(p)); }};
     if (IsWorkspace(path))
       return {"dense workspace", [&progress](const fs::path& p) { CheckWorkspace(p, progress); }};
   } else {

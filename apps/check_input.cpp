@@ -7,6 +7,7 @@
 
 #include "acquisition/input_masks.h"
 #include "apps/check_files.h"
+#include "apps/stages.h"
 #include "core/error.h"
 #include "stereo/sfm/model.h"
 
@@ -15,8 +16,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// needs: why reconstruct would not begin, though nothing is damaged.
 struct Looked {
-  std::vector<std::string> odd, damage;
+  std::vector<std::string> odd, damage, needs;
 
   template <class Look>
   void Try(Look&& look) {
@@ -28,16 +30,16 @@ struct Looked {
   }
 };
 
-// What only the options of a command can tell is assumed, so that the rest can be looked at; that it is
-// missing is odd.
+// What only the options of a command can tell is assumed, so that the rest can be looked at.
 Input Open(const fs::path& folder, Looked& findings) {
   InputOptions options;
   try {
     return OpenInput(folder, options);
   } catch (const Error& error) {
-    findings.odd.push_back(error.what());
-    for (const int bits : {0, 16}) {
-      options.layout = ToString(Layout()), options.bits = bits;
+    findings.needs.push_back(error.what());
+    const std::string layout = ToString(Layout());
+    for (const auto& [assumed, bits] : {std::pair(std::string(), 16), {layout, 0}, {layout, 16}}) {
+      options.layout = assumed, options.bits = bits;
       try {
         return OpenInput(folder, options);
       } catch (const Error&) {
@@ -45,6 +47,11 @@ Input Open(const fs::path& folder, Looked& findings) {
     }
     throw;
   }
+}
+
+const char* Verdict(const Looked& findings) {
+  if (!findings.damage.empty()) return "damaged";
+  return findings.needs.empty() ? "sound" : "sound, but not enough for reconstruct, as the warnings say";
 }
 
 // Views that the known model has a pose for.
@@ -58,11 +65,15 @@ std::size_t CountPoses(const Input& input) {
   }));
 }
 
-void LookAtPictures(const Input& input, Looked& findings, Progress& progress) {
+// Returns the number of views with a mask: of its own or what is transparent in its picture.
+std::size_t LookAtPictures(const Input& input, Looked& findings, Progress& progress) {
+  std::size_t masks = 0;
   progress.Begin("looking at the pictures", input.views.size());
   for (int i = 0; i < int(input.views.size()); ++i) {
     progress.Check();
-    findings.Try([&] { ReadView(input, i); });
+    bool masked = input.views[std::size_t(i)].mask.has_value();
+    findings.Try([&] { masked |= !ReadView(input, i).mask.empty(); });
+    masks += masked;
     progress.Advance();
   }
   progress.Check();
@@ -70,6 +81,7 @@ void LookAtPictures(const Input& input, Looked& findings, Progress& progress) {
     const std::vector<std::string> odd = CheckMasks(input, progress);
     findings.odd.insert(findings.odd.end(), odd.begin(), odd.end());
   });
+  return masks;
 }
 
 }  // namespace
@@ -77,20 +89,24 @@ void LookAtPictures(const Input& input, Looked& findings, Progress& progress) {
 void CheckInputFolder(const fs::path& folder, Context& context) {
   Looked findings;
   const Input input = Open(folder, findings);
-  const bool assumed = !findings.odd.empty();
+  const bool assumed = !findings.needs.empty();
   findings.odd.insert(findings.odd.end(), input.warnings.begin(), input.warnings.end());
-  LookAtPictures(input, findings, context.progress);
-  const auto masks =
-      std::ranges::count_if(input.views, [](const auto& view) { return view.mask.has_value(); });
+  const std::size_t masks = LookAtPictures(input, findings, context.progress);
   std::size_t poses = 0;
   if (input.known_model)
     findings.Try([&] {
       CheckModel(*input.known_model);
       poses = CountPoses(input);
+      if (input.views.size() > 1) CheckKnownPoses(input, context.progress);
     });
+  try {
+    RequireTwoViews(input);
+  } catch (const Error& error) {
+    findings.needs.push_back(error.what());
+  }
   std::ranges::sort(findings.damage);
   findings.damage.erase(std::unique(findings.damage.begin(), findings.damage.end()), findings.damage.end());
-  for (const auto* list : {&findings.damage, &findings.odd})
+  for (const auto* list : {&findings.damage, &findings.needs, &findings.odd})
     for (const std::string& text : *list) context.progress.Warn(text);
   for (const std::string& note : input.notes) context.progress.Info(note);
   context.data_lost = !findings.damage.empty();
@@ -100,14 +116,15 @@ void CheckInputFolder(const fs::path& folder, Context& context) {
                  {"kind", "input"},
                  {"width", input.width},
                  {"height", input.height},
+                 {"masks", masks},
                  {"poses", poses},
                  {"sound", findings.damage.empty()},
+                 {"needs", findings.needs},
                  {"odd", findings.odd},
                  {"damage", findings.damage}});
   context.Finish(result, fmt::format("input: {} views of {}x{}, {}{}; masks for {}, poses for {}: {}",
                                      input.views.size(), input.width, input.height, ToString(input.kind),
-                                     assumed ? " (assumed)" : "", masks, poses,
-                                     findings.damage.empty() ? "sound" : "damaged"));
+                                     assumed ? " (assumed)" : "", masks, poses, Verdict(findings)));
 }
 
 }  // namespace polarscan

@@ -45,6 +45,10 @@ void CheckSession(const std::string& folder, bool repair, Context& context) {
   if (!jumps.empty()) context.progress.Info("the camera's clock jumped " + jumps);
   const FrameCounts counts = session.info.counts;
   context.data_lost = !session.damage.empty() || counts.lost + counts.dropped > 0;
+  if (repair && session.info.closed && !session.damage.empty())
+    context.progress.Info(
+        "--repair closes what was not closed; damaged frames cannot be made again. reconstruct, demosaic and "
+        "export leave them out and use the whole ones; or copy the session again from where it was recorded");
   const nlohmann::json found = ToJson(session);
   std::string text = fmt::format("{} whole frames; {}", session.frames.size(), Describe(counts));
   if (!session.info.closed) text += repair ? "; now closed" : "; it was not closed (--repair does that)";

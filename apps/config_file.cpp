@@ -98,6 +98,16 @@ CLI::ConfigItem Setting(TomlLine& line) {
   return item;
 }
 
+// Where an option stands that the program itself does not have: ". It belongs below [mesh]".
+std::string SectionsOf(const CLI::App& program, const std::string& option) {
+  std::vector<std::string> sections;
+  for (const CLI::App* command : CommandsOf(program))
+    if (command->get_option_no_throw("--" + option)) sections.push_back("[" + command->get_name() + "]");
+  return sections.empty()
+             ? ""
+             : fmt::format(". It belongs below the section of its command: {}", fmt::join(sections, ", "));
+}
+
 }  // namespace
 
 std::vector<CLI::ConfigItem> ConfigFile::from_config(std::istream& file) const {
@@ -122,7 +132,8 @@ std::vector<CLI::ConfigItem> ConfigFile::from_config(std::istream& file) const {
       item.name.erase(0, dot + 1);  // npos + 1 is 0
       const CLI::Option* option = owner.get_option_no_throw("--" + item.name);
       if (!option || !option->get_configurable())
-        throw CLI::ConfigError(NoSuchOption(owner, "--" + Excerpt(item.name)));
+        throw CLI::ConfigError(NoSuchOption(owner, "--" + Excerpt(item.name)) +
+                               SectionsOf(program_, item.name));
       item.parents = PathOf(owner);
       item.parents.erase(item.parents.begin());  // the program
       places_[option->get_name()] = place;

@@ -8,6 +8,7 @@
 #include "apps/compare_page.h"
 #include "apps/evaluate_scan.h"
 #include "apps/evaluation_table.h"
+#include "core/error.h"
 #include "core/files.h"
 #include "core/similarity.h"
 
@@ -25,6 +26,9 @@ void FindTruth(EvaluateArguments& arguments) {
   if (fs::is_directory(arguments.truth)) {
     const fs::path table = arguments.truth / "table.ply";
     if (arguments.surroundings.empty() && fs::exists(table)) arguments.surroundings.push_back(table);
+    if (!fs::exists(arguments.truth / "mesh.ply"))
+      throw Error("this folder holds no mesh.ply", arguments.truth.string(),
+                  "Give the true mesh itself, as PLY, STL or OBJ");
     arguments.truth /= "mesh.ply";
   }
   const fs::path sparse = arguments.truth.parent_path() / "sparse";

@@ -63,10 +63,15 @@ Eigen::AlignedBox3d MostOf(const std::vector<Eigen::Vector3d>& points) {
   return box;
 }
 
+// With as many digits as tell the sides apart, also far from 0.
 std::string Text(const Eigen::AlignedBox3d& box) {
   const Eigen::Vector3d &a = box.min(), &b = box.max();
-  return fmt::format("x {:.4g} to {:.4g}, y {:.4g} to {:.4g}, z {:.4g} to {:.4g}", a.x(), b.x(), a.y(), b.y(),
-                     a.z(), b.z());
+  const double size = box.diagonal().norm();
+  const int digits = size > 0 ? std::clamp(2 - int(std::floor(std::log10(size))), 0, 9) : 4;
+  const auto range = [&](int axis) {
+    return fmt::format("{:.{}f} to {:.{}f}", a[axis], digits, b[axis], digits);
+  };
+  return fmt::format("x {}, y {}, z {}", range(0), range(1), range(2));
 }
 
 // One run over one input.
@@ -83,13 +88,19 @@ class Evaluation {
   Evaluated Run(const fs::path& input) {
     if (!fs::is_directory(input)) {
       const auto cameras = arguments_.poses.empty() ? std::vector<DenseView>() : Cameras(TruePoses());
-      CheckFrames(ReadCloudPositions(input).points, input, false);
-      Cloud(input, FromFrameAt(ReadPlyOffset(input)), cameras);
+      const Similarity truth_from_cloud = FromFrameAt(ReadPlyOffset(input));
+      std::vector<Eigen::Vector3d> points = ReadCloudPositions(input).points;
+      for (Eigen::Vector3d& p : points) p = truth_from_cloud * p;
+      CheckFrames(points, input, false);
+      Cloud(input, truth_from_cloud, cameras);
     } else if (fs::exists(input / "dense/views.json")) {
       if (arguments_.keep && arguments_.cloud.empty()) OpenFiles(input);
       Scan(input, input / "dense");
-    } else {
+    } else if (fs::exists(input / "views.json")) {
       Scan(input, input);
+    } else {
+      throw Error("this folder holds no depth maps: neither dense/views.json nor views.json", input.string(),
+                  "Give a scan that polarscan reconstruct made, a dense workspace, or a cloud as PLY");
     }
     done_.result["input"] = input.string();
     done_.result["truth"] = arguments_.truth.string();
@@ -133,11 +144,20 @@ class Evaluation {
     }
   }
 
+  Alignment Align(const Workspace& workspace) const {
+    try {
+      return AlignCameras(Poses(workspace), Poses(TruePoses()));
+    } catch (const Error& error) {
+      throw Error(error.what(), arguments_.poses.string(),
+                  "--no-align compares in the scan's own frame, without true poses");
+    }
+  }
+
   void Scan(const fs::path& input, const fs::path& dense) {
     const Workspace workspace = ReadWorkspace(dense);
     Similarity truth_from_scan = FromFrameAt(workspace.offset);
     if (arguments_.align && !arguments_.poses.empty()) {
-      const Alignment alignment = AlignCameras(Poses(workspace), Poses(TruePoses()));
+      const Alignment alignment = Align(workspace);
       truth_from_scan = alignment.truth_from_scan;
       done_.result["alignment"] = ToJson(alignment);
     } else {
@@ -154,6 +174,11 @@ class Evaluation {
     if (has_cloud) Cloud(cloud, truth_from_scan, Moved(workspace.views, truth_from_scan));
   }
 
+  // A box of the truth's frame in the coordinates of its file.
+  std::string InFiles(const Eigen::AlignedBox3d& box) const {
+    return Text({box.min() + arguments_.truth_origin, box.max() + arguments_.truth_origin});
+  }
+
   // In frames or units that are not the truth's every figure would mean nothing. Surroundings count as truth.
   void CheckFrames(const std::vector<Eigen::Vector3d>& points, const fs::path& input, bool aligned) const {
     const Eigen::AlignedBox3d cloud = MostOf(points);
@@ -168,7 +193,7 @@ class Evaluation {
     const std::string what = apart ? "scan and truth do not overlap"
                                    : fmt::format("the scan is {:.3g} times as large as the truth", size);
     const std::string boxes =
-        fmt::format("the scan's points lie in {}; the truth in {}", Text(cloud), Text(all));
+        fmt::format("the scan's points lie in {}; the truth in {}", InFiles(cloud), InFiles(all));
     if (aligned) {
       progress_.Warn(fmt::format("{}, though its cameras were aligned to the true poses: {}", what, boxes));
       return;

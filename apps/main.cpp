@@ -39,7 +39,7 @@ void AddGlobalOptions(CLI::App& app, GlobalOptions& options, Context& context) {
       ->check(IsBetween(0, std::numeric_limits<int>::max()))
       ->capture_default_str();
   CLI::Option* verbose = app.add_flag("-v,--verbose", options.verbose, "Say more");
-  app.add_flag("-q,--quiet", options.quiet, "Warnings and errors only")->excludes(verbose);
+  app.add_flag("-q,--quiet", options.quiet, "Only warnings, errors and the result")->excludes(verbose);
   app.set_config("--config", "", "A TOML file: options by name, those of a command below its [section]")
       ->type_name("FILE.toml");
   app.set_version_flag("--version", "polarscan " POLARSCAN_VERSION, "Print the version and exit");

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "acquisition/input_masks.h"
 #include "apps/stages.h"
 #include "core/error.h"
 #include "core/files.h"
@@ -103,9 +104,13 @@ std::uint64_t FingerprintOf(const std::vector<fs::path>& inputs, const fs::path&
 void Reconstruct(const Arguments& a, Context& context) {
   const Input input = OpenInputs(a.inputs, a.meaning, context.progress);
   context.progress.Info(fmt::format("{} views, {}", input.views.size(), ToString(input.kind)));
-  if (a.dry_run) TellNotes(input, context.progress);
+  RequireTwoViews(input);
   Progress silent;  // what is only odd the stage says itself
   CheckKnownPoses(input, a.dry_run ? context.progress : silent);
+  if (a.dry_run) {  // else the stage of the views says that
+    TellNotes(input, context.progress);
+    for (const std::string& odd : CheckMasks(input, context.progress)) context.progress.Warn(odd);
+  }
   const auto open = a.dry_run ? Scan::Plan : Scan::OpenOrCreate;
   Scan scan = open(a.scan, NameOf(a.inputs), FingerprintOf(a.inputs, a.scan), context.progress);
   RunStages(scan, input, a);

@@ -44,9 +44,10 @@ std::string CureOfAngles(AopCount count, const nlohmann::json& input) {
 std::string AnglesDoNotFit(AopCount count, const nlohmann::json& input) {
   constexpr const char* kWays[] = {"", "the other way", "45 degrees on", "the other way and 45 degrees on"};
   return fmt::format(
-      "the angles of polarization do not fit the shape that the views agree on; counted {} they would. {}; "
-      "polarscan calibrate layout finds out how a sensor counts",
-      kWays[std::size_t(count)], CureOfAngles(count, input));
+      "the angles of polarization do not fit the shape that the views agree on; counted {} they would. {}{}",
+      kWays[std::size_t(count)], CureOfAngles(count, input),
+      input.value("kind", "") == "mosaic" ? "; polarscan calibrate layout finds out how a sensor counts"
+                                          : "");
 }
 
 // Asks the maps whether the angles are counted as they were said to be; what is wrong is said, and told to
@@ -75,6 +76,12 @@ void CheckKnownPoses(const Input& input, Progress& progress) {
                   input.known_model->lexically_normal().string(), false, progress);
 }
 
+void RequireTwoViews(const Input& input) {
+  if (input.views.size() > 1) return;
+  throw Error("there is only one view, and depth needs two at least", input.folder.string(),
+              "Take pictures from all around the object, with much overlap");
+}
+
 SfmOptions WithMasksOf(SfmOptions options, const UndistortOptions& dense) {
   if (!dense.masks && options.masks == "auto") options.masks = "no";
   return options;
@@ -95,7 +102,7 @@ void RunViews(Scan& scan, const Input& input, const DemosaicOptions& options) {
 void RunSfm(Scan& scan, const std::optional<fs::path>& known_model, const SfmOptions& options) {
   SfmOptions effective = options;
   Stage stage{"sfm", ToJson(Table(effective))};
-  stage.options["known-poses"] = known_model ? known_model->string() : "";
+  stage.options["known-poses"] = known_model ? fs::weakly_canonical(*known_model).string() : "";
   if (known_model) stage.inputs = HashOfFiles(*known_model);
   scan.Run(stage, [&](Progress& progress) -> nlohmann::json {
     const SparseModel model = EstimatePoses(scan.views(), scan.sfm(), known_model, options, progress);

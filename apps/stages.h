@@ -17,6 +17,9 @@ namespace polarscan {
 // JudgeKnownPoses do.
 void CheckKnownPoses(const Input& input, Progress& progress);
 
+// Throws Error if the input has fewer than two views, which show no depth.
+void RequireTwoViews(const Input& input);
+
 // Structure from motion's options where masks may have been switched off for the whole scan: then they are
 // for poses too, unless they were asked for.
 SfmOptions WithMasksOf(SfmOptions options, const UndistortOptions& dense);

@@ -55,20 +55,36 @@ std::string CommandList(const CLI::App& above) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
+bool LacksOutput(const CLI::App& command) {
+  const CLI::Option* output = command.get_option_no_throw("--output");
+  return output && output->get_required() && output->count() == 0;
+}
+
+// "; perhaps -o WORD is meant", where several arguments were given and the output was not.
+std::string OutputMeant(const CLI::App& command) {
+  if (!LacksOutput(command)) return "";
+  for (const CLI::Option* option : command.get_options())
+    if (option->get_positional() && option->count() > 1)
+      return fmt::format("; perhaps -o {} is meant", option->results().back());
+  return "";
+}
+
 std::string OneTooMany(const CLI::App& command, const std::string& word) {
   std::string wanted;
   for (const OptionWords& words : WordsOf(command))
     if (words.positional) wanted += (wanted.empty() ? "" : " ") + words.names[0];
-  return fmt::format("'{}' is one word too many: {}takes {}; put quotes around what has spaces{}", word,
-                     Subject(command), wanted.empty() ? "options only" : wanted, Example(command));
+  const std::string meant = LacksOutput(command) ? fmt::format("perhaps -o {} is meant", word)
+                                                 : "put quotes around what has spaces";
+  return fmt::format("'{}' is one word too many: {}takes {}; {}{}", word, Subject(command),
+                     wanted.empty() ? "options only" : wanted, meant, Example(command));
 }
 
 std::string Missing(const CLI::App& command, const CLI::Option* option, const std::string& message) {
   if (!option) return message + Example(command);
   const OptionWords words = WordsOf(*option);
-  return fmt::format("{}needs {}{}: {}{}", Subject(command), option->get_name(),
+  return fmt::format("{}needs {}{}: {}{}{}", Subject(command), option->get_name(),
                      words.positional || words.value.empty() ? "" : " " + words.value, words.help,
-                     Example(command));
+                     OutputMeant(command), Example(command));
 }
 
 std::string WrongCount(const CLI::Option& option, const std::string& message) {
@@ -118,7 +134,8 @@ std::string WhatIsWrong(const CLI::App& program, const CLI::ParseError& error, c
   if (!option) return fmt::format("{}. {} --help shows what it takes", message, NameOf(command));
   if (dynamic_cast<const CLI::ArgumentMismatch*>(&error)) return WrongCount(*option, message);
   const std::string place = config.PlaceOf(option->get_name());
-  return fmt::format("{}{}{}", message, place.empty() ? "" : fmt::format(" ({} sets it)", place),
+  return fmt::format("{}{}{}{}", message, OutputMeant(command),
+                     place.empty() ? "" : fmt::format(" ({} sets it)", place),
                      option->get_positional() ? Example(command) : "");
 }
 

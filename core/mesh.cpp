@@ -155,8 +155,11 @@ namespace {
 TriangleMesh ReadAnyMesh(const std::filesystem::path& path) {
   std::string ending = path.extension().string();
   std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return char(std::tolower(c)); });
-  if (ending != ".stl" && ending != ".obj") return ReadPlyMesh(path);
+  if (ending == ".ply") return ReadPlyMesh(path);
   const std::string bytes = ReadFile(path);
+  if (bytes.starts_with("ply")) return ReadPlyMesh(path);
+  if (ending != ".stl" && ending != ".obj")
+    throw Error("meshes of this kind are not read", path.string(), "Export it as PLY, STL or OBJ");
   const TriangleCorners corners =
       ending == ".stl" ? ParseStl(bytes, path.string()) : ParseObj(bytes, path.string());
   if (corners.points.empty())

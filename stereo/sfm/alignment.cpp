@@ -34,6 +34,10 @@ double AngleDeg(const Eigen::Matrix3d& rotation) {
   return 2 * std::asin(std::min(1.0, sine)) * 180 / std::numbers::pi;
 }
 
+std::string FirstName(const std::vector<NamedPose>& poses) {
+  return poses.empty() ? "none" : fmt::format("{}{}", poses[0].name, poses.size() > 1 ? " and so on" : "");
+}
+
 }  // namespace
 
 std::vector<NamedPose> Poses(const Workspace& workspace) {
@@ -52,9 +56,10 @@ std::vector<NamedPose> Poses(const SparseModel& model) {
 Alignment AlignCameras(const std::vector<NamedPose>& estimated, const std::vector<NamedPose>& truth) {
   const std::vector<Pair> pairs = Match(estimated, truth);
   if (pairs.size() < 3)
-    throw Error(fmt::format("{} of {} estimated cameras have a true pose of the same name", pairs.size(),
-                            estimated.size()),
-                "alignment", "At least three are needed; names are compared without folder and extension");
+    throw Error(fmt::format("{} of {} estimated cameras have a true pose of the same name, three are needed",
+                            pairs.size(), estimated.size()),
+                fmt::format("the scan has {}, the true poses {}", FirstName(estimated), FirstName(truth)),
+                "Names are compared without folder and extension");
   std::vector<Eigen::Vector3d> from, to;
   for (const Pair& pair : pairs) {
     from.push_back(pair.estimated.Center());

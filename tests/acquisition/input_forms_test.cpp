@@ -280,6 +280,20 @@ TEST_F(InputFormsTest, AnyThreeAnglesByFolderOrName) {
   EXPECT_HOLDS(Complaint({.angles = "0,sixty,120"}), "no list of angles");
 }
 
+TEST_F(InputFormsTest, FoldersWhoseNamesLookLikeAnglesAreAskedForWithThoseAngles) {
+  for (const int angle : {10, 40, 100}) Grey8(fmt::format("{}/a.png", angle));
+  EXPECT_HOLDS(Complaint(), "--angles 10,40,100");
+  for (const int angle : {10, 40, 100}) Colour(fmt::format("{}/a.png", angle));
+  EXPECT_HOLDS(Joined(Open().warnings), "--angles 10,40,100");
+  EXPECT_EQ(Open({.kind = "photos"}).warnings.size(), 0U);
+  Colour("40/b.png");
+  EXPECT_EQ(Joined(Open().warnings).find("--angles"), std::string::npos) << "not the same pictures";
+
+  fs::remove_all(folder_);
+  for (const int angle : {0, 45, 90}) Grey8(fmt::format("{}/a.png", angle));
+  EXPECT_HOLDS(Complaint(), "--angles 0,45,90");
+}
+
 TEST_F(InputFormsTest, StokesAsSumsThatHoldNoSigns) {
   const auto radiance = [](unsigned char mantissa) {  // red, green, blue = mantissa / 256
     std::string pixels;
@@ -312,6 +326,20 @@ TEST_F(InputFormsTest, StokesAsNumpyArrays) {
   EXPECT_HOLDS(Complaint(), "<i8");
   File("s2/a.npy", Npy("<f8", "(6, 8, 2, 4)", std::vector<double>(400, 0.25)));
   EXPECT_HOLDS(Complaint(), "(6, 8, 2, 4)");
+}
+
+TEST_F(InputFormsTest, StokesPicturesAsTheColoursOfAPhotoAreRefusedAndSlightRingingIsNot) {
+  std::vector<float> samples(40 * 30 * 3, 0.5f);
+  samples[1] = -1e-3f;
+  File("a.npy", Npy("<f4", "(30, 40, 3)", samples));
+  EXPECT_EQ(Open().kind, InputKind::kPhotos);
+  for (std::size_t i = 1; i < samples.size(); i += 12) samples[i] = -0.1f;  // S1 of a fourth of the pixels
+  File("b.npy", Npy("<f4", "(30, 40, 3)", samples));
+  EXPECT_HOLDS(Complaint(), "25 % of the samples in channel 2 are below 0");
+  EXPECT_HOLDS(Complaint(), "b.npy");
+  EXPECT_HOLDS(Complaint(), "NAME_s0.npy NAME_s1.npy NAME_s2.npy");
+  File("a.npy", Npy("<f4", "(3, 30, 40)", samples));
+  EXPECT_HOLDS(Complaint(), "NAME_s0.npy NAME_s1.npy NAME_s2.npy");
 }
 
 TEST_F(InputFormsTest, PicturesOfOneSetThatAreUnlikeAreNamed) {

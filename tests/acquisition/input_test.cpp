@@ -118,6 +118,21 @@ TEST_F(InputTest, WhereSamplesPileUpIsTheWhiteLevelUnlessItIsSaid) {
   EXPECT_NEAR(Open(options).sensor.white_dn, 3800, 3);
 }
 
+TEST_F(InputTest, AnOptionThatCannotCountAndJpegMosaicsAreWarnedOf) {
+  const auto warnings = [&] {
+    std::string all;
+    for (const std::string& text : Open({.layout = "90 45 / 135 0"}).warnings) all += text + "\n";
+    return all;
+  };
+  Angles({"a", "b"});
+  EXPECT_SAYS(warnings(), "--layout is for raw mosaics and not used");
+  fs::remove_all(folder_);
+  Grey8("mosaic/a.png");
+  EXPECT_EQ(warnings(), "");
+  WriteFileAtomically(folder_ / "mosaic/b.jpg", EncodeJpeg(Image<Rgb8>(8, 6, {100, 100, 100}), 90));
+  EXPECT_SAYS(warnings(), "1 of 2 raw mosaics are JPEG");
+}
+
 TEST_F(InputTest, OptionsWinOverSetJson) {
   Grey16("mosaic/a.png", 300);
   Set(R"({"sensor": {"layout": "90 45 / 135 0", "bits": 12, "black_dn": 60, "white_dn": 4000}})");

@@ -196,7 +196,8 @@ TEST_F(DemosaicCommand, AScanIsNoFolderOfPicturesAndItsInputIsNamed) {
 
 TEST_F(DemosaicCommand, NoCommandWritesIntoAFolderOfOtherFiles) {
   const std::string mosaics = (folder_ / "mosaics").string(), foreign = (folder_ / "foreign").string();
-  WritePng(folder_ / "mosaics/mosaic/a.png", Image<std::uint8_t>(40, 32, 9));
+  for (const char* name : {"a.png", "b.png"})
+    WritePng(folder_ / "mosaics/mosaic" / name, Image<std::uint8_t>(40, 32, 9));
   WriteFileAtomically(folder_ / "mosaics/set.json", R"({"sensor": {"layout": "90 45 / 135 0"}})");
   WriteFileAtomically(folder_ / "foreign/thesis.txt", "irreplaceable");
   WriteFileAtomically(folder_ / "foreign/set.json", R"({"renderer": "another"})");
@@ -255,10 +256,43 @@ TEST_F(DemosaicCommand, CheckSaysWhatAFolderOfPicturesIs) {
   EXPECT_EQ(sound.exit_code, kDone) << sound.err;
   for (const char* words : {"input: 2 views of 40x30, angles", "masks for 1, poses for 0: sound", "are full"})
     EXPECT_NE(sound.err.find(words), std::string::npos) << words << sound.err;
+  WriteFileAtomically(Input() / "sparse/cameras.txt", "1 OPENCV_FISHEYE 40 30 50 50 20 15 0 0 0 0\n");
+  WriteFileAtomically(Input() / "sparse/images.txt",
+                      "1 1 0 0 0 0 0 3 1 a.png\n\n2 1 0 0 0 1 0 3 1 b.png\n\n");
+  WriteFileAtomically(Input() / "sparse/points3D.txt", "");
+  const Outcome fisheye = check();
+  EXPECT_EQ(fisheye.exit_code, kDataLost) << "as reconstruct would refuse it";
+  EXPECT_NE(fisheye.err.find("OPENCV_FISHEYE"), std::string::npos) << fisheye.err;
+  fs::remove_all(Input() / "sparse");
   fs::resize_file(Input() / "I-90/b.png", 60);
   const Outcome damaged = check();
   EXPECT_EQ(damaged.exit_code, kDataLost);
   EXPECT_NE(damaged.err.find("I-90/b.png"), std::string::npos) << damaged.err;
+}
+
+TEST_F(DemosaicCommand, CheckAndADryRunNameAllThatReconstructWouldNeed) {
+  const auto says = [](const Outcome& outcome, const char* words) {
+    EXPECT_NE(outcome.err.find(words), std::string::npos) << words << "\n" << outcome.err;
+  };
+  const auto plan = [&] {
+    return RunPolarscan({"reconstruct", Input().string(), "-o", (folder_ / "scan").string(), "--dry-run"});
+  };
+  for (const char* name : {"a", "b"})
+    WritePng(Input() / "mosaic" / (std::string(name) + ".png"), Image<std::uint16_t>(40, 30, 300));
+  const Outcome unknown = RunPolarscan({"check", Input().string()});
+  for (const char* words : {"--layout", "--bits 12", "not enough for reconstruct"}) says(unknown, words);
+
+  fs::remove_all(Input());
+  WriteAngles("a", 0.8, 0.3, -0.1);
+  says(RunPolarscan({"check", Input().string()}), "only one view");
+  EXPECT_EQ(plan().exit_code, kFailed);
+  WriteAngles("b", 0.8, 0.3, -0.1);
+  EXPECT_EQ(plan().exit_code, kDone);
+  for (const char* name : {"masks/a.png", "masks/b.png"})
+    WritePng(Input() / name, Image<std::uint8_t>(40, 30, 0));
+  const Outcome empty = plan();
+  EXPECT_EQ(empty.exit_code, kFailed);
+  says(empty, "all 2 masks are empty");
 }
 
 TEST_F(DemosaicCommand, ItsOwnViewsAreAnInputToo) {

@@ -108,6 +108,14 @@ TEST_F(Usage, WhatTheCommandLineCannotMeanIsAnsweredWithWhatItCould) {
       {{"reconstruct"}, kWrongUsage, {"INPUT", "For example: polarscan reconstruct"}},
       {{"reconstruct", pictures}, kWrongUsage, {"--output", "For example: polarscan reconstruct"}},
       {{"reconstruct", pictures, "two", "-o", At("new")}, kWrongUsage, {"there is no two"}},
+      {{"reconstruct", pictures, "two"}, kWrongUsage, {"there is no two", "perhaps -o two is meant"}},
+      {{"reconstruct", pictures, scan}, kWrongUsage, {"--output", "perhaps -o " + scan + " is meant"}},
+      {{"demosaic", pictures, "two"}, kWrongUsage, {"'two'", "perhaps -o two is meant"}},
+      {{"evaluate", At("empty"), "--truth", At("ball.ply")},
+       kFailed,
+       {"dense/views.json", "polarscan reconstruct", At("empty")}},
+      {{"evaluate", scan, "--truth", At("empty")}, kFailed, {"mesh.ply", At("empty")}},
+      {{"evaluate", scan, "--truth", At("text.txt")}, kFailed, {"text.txt", "PLY, STL or OBJ"}},
       {{"reconstruct", none, "-o", At("new")}, kWrongUsage, {none, (*folder_).path().string()}},
       {{"reconstruct", At("text.txt"), "-o", At("new")}, kWrongUsage, {"is a file", "folder"}},
       {{"evaluate", scan}, kWrongUsage, {"--truth", "For example: polarscan evaluate"}},
@@ -183,6 +191,28 @@ TEST_F(Usage, WhatIsNotWhatACommandTakesIsNamedWithWhatWouldBe) {
   EXPECT_FALSE(fs::exists(At("new/scan.json")));
 }
 
+TEST_F(Usage, CheckKnowsPosesByTheirFolderAndSaysWhatRepairCannotDo) {
+  const fs::path model = fs::path(At("sfm")) / "model";
+  WriteFileAtomically(model / "cameras.txt", "1 PINHOLE 64 48 80 80 32 24\n");
+  WriteFileAtomically(model / "images.txt", "1 1 0 0 0 0 0 4 1 000.png\n\n");
+  WriteFileAtomically(model / "points3D.txt", "");
+  WriteFileAtomically(At("sfm/colmap.log"), "");
+  const Outcome poses = RunPolarscan({"check", At("sfm")});
+  EXPECT_EQ(poses.exit_code, kDone) << poses.err;
+  EXPECT_NE(poses.err.find("sparse model: sound"), std::string::npos) << poses.err;
+
+  const fs::path session = At("damaged-session");
+  fs::copy(At("session"), session, fs::copy_options::recursive);
+  for (const fs::path& file : FilesBelow(session / "segments")) {
+    std::string bytes = ReadFile(file);
+    bytes[bytes.size() / 2] = char(bytes[bytes.size() / 2] ^ 1);
+    WriteFileAtomically(file, bytes);
+  }
+  const Outcome repair = RunPolarscan({"check", session.string(), "--repair"});
+  EXPECT_EQ(repair.exit_code, kDataLost) << repair.err;
+  EXPECT_NE(repair.err.find("damaged frames cannot be made again"), std::string::npos) << repair.err;
+}
+
 TEST_F(Usage, AConfigurationFileIsAnsweredWithItsNameAndLine) {
   struct Case {
     std::string text;
@@ -191,6 +221,7 @@ TEST_F(Usage, AConfigurationFileIsAnsweredWithItsNameAndLine) {
   const std::string file = At("settings.toml");
   const std::vector<Case> all = {
       {"thread = 2\n", {"line 1", "--thread;", "did you mean --threads?"}},
+      {"preset = \"fast\"\n", {"line 1", "below the section of its command", "[reconstruct]", "[stereo]"}},
       {"# all\n\n[reconstruct]\npreset = \"fast\"\nmax-image-sise = 3\n",
        {"line 5", "did you mean --max-image-size?"}},
       {"[reconstrukt]\npreset = \"fast\"\n", {"line 1", "did you mean reconstruct?"}},
