@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <optional>
 #include <vector>
@@ -28,11 +27,9 @@ constexpr float kSameDepth = 0.01f;     // share of the depth by which two views
 constexpr double kGrazingCosine = 0.1;  // between a normal and a line of sight
 constexpr int kEnoughPoints = 100;
 constexpr double kClear = 0.01, kSure = 4;  // how much better, and in standard deviations
-constexpr double kMostViews = 0.75;         // share of the views that must say so
 
 struct SurfacePlace {
   Eigen::Vector3d position, normal;  // world; the normal of its wider surroundings
-  int view = 0;                      // whose map it is from
 };
 
 // What one view's AoP says of a place. weight 0: nothing.
@@ -84,10 +81,9 @@ std::optional<Eigen::Vector3d> CoarseNormal(const Image<float>& depth, const Pin
 }
 
 // Random places of the view's map.
-void AddPlaces(const Image<float>& depth, const DenseView& view, int number, int count,
+void AddPlaces(const Image<float>& depth, const DenseView& view, Random random, int count,
                std::vector<SurfacePlace>& places) {
   const Pinhole camera = view.camera.Resized(depth.width(), depth.height());
-  Random random(1, std::uint64_t(number));
   std::vector<int> pixels;
   for (std::size_t i = 0; i < depth.size(); ++i)
     if (depth.pixels()[i] > 0) pixels.push_back(int(i));
@@ -100,7 +96,7 @@ void AddPlaces(const Image<float>& depth, const DenseView& view, int number, int
               y = pixel / depth.width();
     if (const auto normal = CoarseNormal(depth, camera, x, y, radius))
       places.push_back({world_from_cam * Eigen::Vector3d(double(depth(x, y)) * camera.Ray(x + 0.5, y + 0.5)),
-                        world_from_cam.rotation * *normal, number});
+                        world_from_cam.rotation * *normal});
   }
 }
 
@@ -186,27 +182,16 @@ AopFit Summary(const std::vector<Fits>& fits) {
   return fit;
 }
 
-// Of the views the share on whose places the other way to count fits better. Places of one view are much
-// alike, so that few of them look surer than they are; views are not.
-double ShareForOther(const std::vector<Fits>& fits, const std::vector<int>& of_views, std::size_t other) {
-  std::map<int, double> better;  // by view
-  for (std::size_t i = 0; i < fits.size(); ++i) better[of_views[i]] += fits[i][other] - fits[i][0];
-  const auto count = std::ranges::count_if(better, [](const auto& view) { return view.second > 0; });
-  return better.empty() ? 0 : double(count) / double(better.size());
-}
-
 }  // namespace
 
 bool AopFit::IsWrong() const {
-  return points >= kEnoughPoints && other_fit - given > kClear && sigmas > kSure &&
-         views_for_other >= kMostViews;
+  return points >= kEnoughPoints && other_fit - given > kClear && sigmas > kSure;
 }
 
 nlohmann::json ToJson(const AopFit& fit) {
   constexpr const char* kNames[] = {"as given", "mirrored", "shifted", "mirrored and shifted"};
   return {{"points", fit.points},       {"given", fit.given},   {"other", kNames[std::size_t(fit.other)]},
-          {"other_fit", fit.other_fit}, {"sigmas", fit.sigmas}, {"views_for_other", fit.views_for_other},
-          {"wrong", fit.IsWrong()}};
+          {"other_fit", fit.other_fit}, {"sigmas", fit.sigmas}, {"wrong", fit.IsWrong()}};
 }
 
 AopFit CheckAop(const Workspace& workspace, const StereoOptions& options, Progress& progress) {
@@ -218,8 +203,8 @@ AopFit CheckAop(const Workspace& workspace, const StereoOptions& options, Progre
   std::vector<SurfacePlace> places;
   const int share = kMostPlaces / std::max(1, int(views.size()));
   for (const int view : views)
-    AddPlaces(ReadDepthIfSound(workspace.DepthPath(view, kind)), workspace.views[std::size_t(view)], view,
-              share, places);
+    AddPlaces(ReadDepthIfSound(workspace.DepthPath(view, kind)), workspace.views[std::size_t(view)],
+              Random(1, std::uint64_t(view)), share, places);
   std::vector<std::vector<Witness>> witnesses;
   std::vector<Eigen::Matrix3d> rotations;
   progress.Begin("fit of the angles", views.size());
@@ -236,12 +221,9 @@ AopFit CheckAop(const Workspace& workspace, const StereoOptions& options, Progre
     found[std::size_t(i)] = BestFits(places[std::size_t(i)], witnesses, std::size_t(i), rotations);
   });
   std::vector<Fits> fits;
-  std::vector<int> of_views;
-  for (std::size_t i = 0; i < found.size(); ++i)
-    if (found[i]) fits.push_back(*found[i]), of_views.push_back(places[i].view);
-  AopFit fit = Summary(fits);
-  fit.views_for_other = ShareForOther(fits, of_views, std::size_t(fit.other));
-  return fit;
+  for (const auto& fit : found)
+    if (fit) fits.push_back(*fit);
+  return Summary(fits);
 }
 
 }  // namespace polarscan

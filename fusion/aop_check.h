@@ -20,8 +20,7 @@ struct AopFit {
   double given = 0;  // mean cosine of four times the angle between AoP and azimuth, -1 to 1
   AopCount other = AopCount::kMirrored;  // the best of the other ways ...
   double other_fit = 0;
-  double sigmas = 0;           // ... and by how many of its standard deviations it is better
-  double views_for_other = 0;  // share of the views on whose own places it is better
+  double sigmas = 0;  // ... and by how many of its standard deviations it is better
   // Whether the angles are certainly not counted as given. No where there is too little to tell.
   bool IsWrong() const;
 };

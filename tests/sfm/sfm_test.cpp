@@ -538,15 +538,10 @@ TEST(PoseReadings, PosesOfAnotherConventionAreFoundOutAndRightOnesAreNot) {
     const Eigen::Matrix3d turn = Eigen::Vector3d(1, -1, -1).asDiagonal();
     pose = {turn * pose.rotation, turn * pose.translation};
   };
-  const auto quaternion = [](Rigid& pose) {  // x y z w, read as w x y z
-    const Eigen::Quaterniond q(pose.rotation);
-    pose.rotation = Eigen::Quaterniond(q.x(), q.y(), q.z(), q.w()).toRotationMatrix();
-  };
   EXPECT_EQ(OtherReading(Written([](Rigid&) {})), "");
   EXPECT_TRUE(
       Contains(OtherReading(Written(to_world)), "with the poses as those of the camera in the world"));
   EXPECT_TRUE(Contains(OtherReading(Written(axes)), "with the cameras' axes as y up"));
-  EXPECT_TRUE(Contains(OtherReading(Written(quaternion)), "with their quaternions as x y z w they"));
   const std::string both = OtherReading(Written([&](Rigid& pose) { axes(pose), to_world(pose); }));
   EXPECT_TRUE(Contains(both, "in the world (camera to world) and the cameras' axes as y up")) << both;
   SparseModel moved = Written(to_world);  // in a local frame
