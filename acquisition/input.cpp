@@ -227,11 +227,15 @@ void WarnOfEncoding(Input& input, const InputOptions& options, const Picture& fi
         "they are not)");
 }
 
+// Views whose k-th file is one.
+auto CountJpegs(const Input& input, std::size_t k) {
+  return std::ranges::count_if(input.views, [k](const InputView& view) { return IsJpeg(view.files[k]); });
+}
+
 // JPEG keeps blocks of pixels, not single ones.
 void WarnOfJpegMosaics(Input& input) {
   if (input.kind != InputKind::kMosaic || input.session) return;
-  const auto jpegs =
-      std::ranges::count_if(input.views, [](const InputView& view) { return IsJpeg(view.files[0]); });
+  const auto jpegs = CountJpegs(input, 0);
   if (jpegs > 0)
     input.warnings.push_back(fmt::format(
         "{} of {} raw mosaics are JPEG, which blends neighbouring pixels, here of different polarizers: "
@@ -253,8 +257,7 @@ void AddWarnings(Input& input, const InputOptions& options, const Picture& first
         "check --white-level and set.json",
         input.sensor.white_dn));
   if (input.kind != InputKind::kRgbAopDop) return;
-  const auto jpegs =
-      std::ranges::count_if(input.views, [](const InputView& view) { return IsJpeg(view.files[1]); });
+  const auto jpegs = CountJpegs(input, 1);
   if (jpegs > 0)
     input.warnings.push_back(fmt::format(
         "{} of {} pictures in aop/ are JPEG, which blends 0 with 180 degrees and neighbours with each "

@@ -10,6 +10,7 @@
 #include <set>
 
 #include "core/error.h"
+#include "core/words.h"
 
 namespace polarscan {
 namespace {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/input_files.h"
 
-#include <fmt/ranges.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <charconv>
 #include <set>
 #include <vector>
@@ -73,11 +72,6 @@ std::string WithoutPictureEnding(const std::string& name) {
 
 }  // namespace
 
-std::string LowerCase(std::string text) {
-  std::ranges::transform(text, text.begin(), [](unsigned char c) { return char(std::tolower(c)); });
-  return text;
-}
-
 PictureFiles ListPictureFiles(const fs::path& folder) {
   PictureFiles files;
   AddPictures(folder, folder, 0, files);
@@ -104,13 +98,6 @@ std::vector<std::string> NamesBehindMask(const std::string& stem) {
   if (const std::string name = WithoutMaskEnding(stem); !name.empty())
     names.insert(names.end(), {name, WithoutPictureEnding(name)});
   return names;
-}
-
-std::string FirstOf(const std::vector<std::string>& names) {
-  constexpr std::size_t kShown = 5;
-  const std::size_t shown = std::min(names.size(), kShown);
-  const std::string more = shown < names.size() ? fmt::format(" and {} more", names.size() - shown) : "";
-  return fmt::format("{}{}", fmt::join(names.begin(), names.begin() + std::ptrdiff_t(shown), ", "), more);
 }
 
 std::map<std::string, fs::path> ListFolders(const fs::path& folder) {

@@ -22,9 +22,6 @@ PictureFiles MasksAmong(const PictureFiles& files);
 // a.png.mask all stand for a.
 std::vector<std::string> NamesBehindMask(const std::string& stem);
 
-// "a, b, c and 4 more"
-std::string FirstOf(const std::vector<std::string>& names);
-
 // The folders in a folder, by their names in lower case.
 std::map<std::string, std::filesystem::path> ListFolders(const std::filesystem::path& folder);
 
@@ -42,7 +39,5 @@ StokesEnding StokesEndingOf(const std::string& stem);
 // _s3 or _s0p3: circular polarization, which is not used.
 bool IsUnusedComponent(const std::string& stem);
 bool HoldStokesComponents(const PictureFiles& files);
-
-std::string LowerCase(std::string text);
 
 }  // namespace polarscan

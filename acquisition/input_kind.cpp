@@ -12,6 +12,7 @@
 #include "core/exr.h"
 #include "core/files.h"
 #include "core/tiff_pages.h"
+#include "core/words.h"
 
 namespace polarscan {
 namespace {

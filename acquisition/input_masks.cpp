@@ -11,11 +11,14 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/picture_tags.h"
+#include "core/words.h"
 
 namespace polarscan {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::size_t kMasksShown = 5;
 
 void SetMask(const fs::path& path, InputView& view) {
   if (view.mask)
@@ -107,7 +110,7 @@ void FindMasks(Input& input) {
         fmt::format("Masks are named like the views: {}.png, not {}", input.views[0].name, strangers[0]));
   if (!strangers.empty())
     input.warnings.push_back(fmt::format("{} of {} masks are of no picture here and not used: {}",
-                                         strangers.size(), masks.size(), FirstOf(strangers)));
+                                         strangers.size(), masks.size(), Enumerate(strangers, kMasksShown)));
 }
 
 Image<std::uint8_t> ReadMaskOf(const InputView& view, int width, int height) {
@@ -159,10 +162,10 @@ std::vector<std::string> CheckMasks(const Input& input, const Progress& progress
   std::vector<std::string> odd;
   if (!empty.empty())
     odd.push_back(fmt::format("{} of {} masks are empty, nothing of these views is used: {}", empty.size(),
-                              masked.size(), FirstOf(empty)));
+                              masked.size(), Enumerate(empty, kMasksShown)));
   if (!full.empty())
     odd.push_back(fmt::format("{} of {} masks are full, the whole picture counts as object: {}", full.size(),
-                              masked.size(), FirstOf(full)));
+                              masked.size(), Enumerate(full, kMasksShown)));
   if (!around.empty() && around.size() + empty.size() + full.size() == masked.size())
     odd.push_back(
         "all masks are white along the borders and black in the middle: are they inverted? White, or any "
@@ -171,7 +174,7 @@ std::vector<std::string> CheckMasks(const Input& input, const Progress& progress
     odd.push_back(
         fmt::format("{} masks do not have the EXIF orientation of their pictures; they are taken as the "
                     "pictures are shown, or as they are stored where only that fits: {}",
-                    turned.size(), FirstOf(turned)));
+                    turned.size(), Enumerate(turned, kMasksShown)));
   return odd;
 }
 

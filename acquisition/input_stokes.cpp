@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "core/exr.h"
 #include "core/tiff_pages.h"
+#include "core/words.h"
 
 namespace polarscan {
 namespace {

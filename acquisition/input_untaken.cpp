@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "core/exr.h"
 #include "core/picture_header.h"
+#include "core/words.h"
 
 namespace polarscan {
 namespace {
@@ -21,11 +22,9 @@ namespace fs = std::filesystem;
 constexpr std::size_t kNamesShown = 3;
 constexpr int kDeepest = 8;
 
-std::string Enumerated(std::vector<std::string> names) {
+std::string EnumerateSorted(std::vector<std::string> names) {
   std::ranges::sort(names);
-  const std::size_t more = names.size() > kNamesShown ? names.size() - kNamesShown : 0;
-  names.resize(names.size() - more);
-  return fmt::format("{}{}", fmt::join(names, ", "), more ? fmt::format(" and {} more", more) : "");
+  return Enumerate(names, kNamesShown);
 }
 
 bool BelongsBeside(const fs::path& path) {
@@ -82,10 +81,10 @@ std::string Sentence(const UntakenKind& kind, const std::vector<std::string>& na
   const char* are = names.size() == 1 ? "is" : "are";
   if (!kind.extension.empty())
     return fmt::format("{} {} file{} not read ({}): {}", names.size(), kind.extension,
-                       names.size() == 1 ? " is" : "s are", Enumerated(names),
+                       names.size() == 1 ? " is" : "s are", EnumerateSorted(names),
                        AdviceFor(LowerCase(kind.extension)));
   const std::string what = fmt::format("{} picture{} in {} {} not used ({})", names.size(),
-                                       names.size() == 1 ? "" : "s", kind.where, are, Enumerated(names));
+                                       names.size() == 1 ? "" : "s", kind.where, are, EnumerateSorted(names));
   return what +
          (alone
               ? ": give the folder that they make a set in by itself, or say with --input-kind what they are"
@@ -104,7 +103,7 @@ std::string Unlike(const Groups& groups) {
   for (const auto& [what, names] : sorted) {
     const char* have = names.size() == 1 ? "has" : "have";
     text += text.empty() ? fmt::format("{} of them {} {}", names.size(), have, what)
-                         : fmt::format(", {} {} {} ({})", names.size(), have, what, Enumerated(names));
+                         : fmt::format(", {} {} {} ({})", names.size(), have, what, EnumerateSorted(names));
   }
   return text;
 }
@@ -161,7 +160,7 @@ void AddUnusedChannels(const Input& input, std::vector<std::string>& odd) {
     odd.push_back(
         fmt::format("the EXR files have channels that are not used: {}. If they are Stokes pictures, give "
                     "--input-kind stokes",
-                    Enumerated({unused.begin(), unused.end()})));
+                    EnumerateSorted({unused.begin(), unused.end()})));
 }
 
 }  // namespace

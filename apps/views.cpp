@@ -17,6 +17,7 @@
 #include "apps/view_store.h"
 #include "core/files.h"
 #include "core/parallel.h"
+#include "core/words.h"
 
 namespace polarscan {
 namespace {
@@ -215,7 +216,7 @@ void MakeStokesViews(const Input& input, const fs::path& folder, const DemosaicO
   });
   if (!dark.empty())
     progress.Warn(fmt::format("{} views have less than no light in most of their pixels (S0 below 0): {}. {}",
-                              dark.size(), FirstOf({dark.begin(), dark.end()}),
+                              dark.size(), Enumerate({dark.begin(), dark.end()}, 5),
                               input.kind == InputKind::kStokes
                                   ? "Are these Stokes images, and is S0 the first?"
                                   : "Is --black-level right?"));

@@ -17,6 +17,7 @@
 #include "core/files.h"
 #include "core/npy.h"
 #include "core/picture_header.h"
+#include "core/words.h"
 
 namespace polarscan {
 namespace {
@@ -25,12 +26,6 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMostInflated = 1100;  // bytes out of one byte: deflate's limit is 1032
 constexpr const char* kNoPicture = "the picture cannot be decoded (damaged or of another kind)";
-
-std::string LowerExtension(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
-  return extension;
-}
 
 // OpenCV fills the missing part of a truncated JPEG with grey and says nothing; the end marks tell.
 bool IsTruncated(const std::string& bytes, const std::string& extension) {

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <map>
 
@@ -13,6 +12,7 @@
 #include "core/files.h"
 #include "core/mesh_formats.h"
 #include "core/ply.h"
+#include "core/words.h"
 
 namespace polarscan {
 namespace {
@@ -125,6 +125,20 @@ TriangleMesh Weld(const TriangleCorners& corners) {
   return mesh;
 }
 
+TriangleMesh ReadAnyMesh(const std::filesystem::path& path) {
+  const std::string ending = LowerExtension(path);
+  if (ending == ".ply") return ReadPlyMesh(path);
+  const std::string bytes = ReadFile(path);
+  if (bytes.starts_with("ply")) return ReadPlyMesh(path);
+  if (ending != ".stl" && ending != ".obj")
+    throw Error("meshes of this kind are not read", path.string(), "Export it as PLY, STL or OBJ");
+  const TriangleCorners corners =
+      ending == ".stl" ? ParseStl(bytes, path.string()) : ParseObj(bytes, path.string());
+  if (corners.points.empty())
+    throw Error("there are no faces in this mesh", path.string(), "Export it again");
+  return Weld(corners);
+}
+
 }  // namespace
 
 void ComputeVertexNormals(TriangleMesh& mesh) {
@@ -149,25 +163,6 @@ double TriangleDistance(const Eigen::Vector3d& p, const Eigen::Vector3d& a, cons
   if (above) return std::abs((p - a).dot(n)) / length;
   return std::min({SegmentDistance(p, a, b), SegmentDistance(p, b, c), SegmentDistance(p, c, a)});
 }
-
-namespace {
-
-TriangleMesh ReadAnyMesh(const std::filesystem::path& path) {
-  std::string ending = path.extension().string();
-  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return char(std::tolower(c)); });
-  if (ending == ".ply") return ReadPlyMesh(path);
-  const std::string bytes = ReadFile(path);
-  if (bytes.starts_with("ply")) return ReadPlyMesh(path);
-  if (ending != ".stl" && ending != ".obj")
-    throw Error("meshes of this kind are not read", path.string(), "Export it as PLY, STL or OBJ");
-  const TriangleCorners corners =
-      ending == ".stl" ? ParseStl(bytes, path.string()) : ParseObj(bytes, path.string());
-  if (corners.points.empty())
-    throw Error("there are no faces in this mesh", path.string(), "Export it again");
-  return Weld(corners);
-}
-
-}  // namespace
 
 TriangleMesh ReadMesh(const std::filesystem::path& path) {
   constexpr double kFarthest = 1e15;  // what rays are cast at in single precision must have a square

@@ -22,9 +22,10 @@ struct TriangleMesh {
 // Unit vertex normals, each the area-weighted mean of its triangles' normals.
 void ComputeVertexNormals(TriangleMesh& mesh);
 
-// By the name's ending: .stl (ascii or binary), .obj, else PLY, ascii or binary, either byte order. Polygons
-// are split into fans; STL, and OBJ without normals, get the facets' where those meet at more than 30
-// degrees. Throws Error on a damaged file, and on vertices that are not finite points.
+// By the name's ending: .stl (ascii or binary), .obj, .ply (ascii or binary, either byte order); PLY also
+// under another name. Polygons are split into fans; STL, and OBJ without normals, get the facets' where those
+// meet at more than 30 degrees. Throws Error on a damaged file or another kind, and on vertices that are not
+// finite points or lie beyond 1e15.
 TriangleMesh ReadMesh(const std::filesystem::path& path);
 // Binary little-endian PLY with normals. Atomic.
 void WriteMesh(const std::filesystem::path& path, const TriangleMesh& mesh);

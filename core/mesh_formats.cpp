@@ -4,8 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -30,15 +28,6 @@ std::string_view TakeWord(std::string_view& text) {
   return word;
 }
 
-template <class T>
-std::optional<T> ToNumber(std::string_view word) {
-  if (word.starts_with('+')) word.remove_prefix(1);
-  T value{};
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size()) return {};
-  return value;
-}
-
 // Three numbers of the text, which are cut off; nothing if they are none, or not finite.
 std::optional<Eigen::Vector3d> TakePoint(std::string_view& text) {
   Eigen::Vector3d point;
@@ -52,11 +41,6 @@ std::optional<Eigen::Vector3d> TakePoint(std::string_view& text) {
 
 [[noreturn]] void DamagedMesh(const std::string& format, const std::string& why, const std::string& where) {
   throw Error(fmt::format("damaged {} ({})", format, why), where, kExportMesh);
-}
-
-std::string LowerCase(std::string text) {
-  std::ranges::transform(text, text.begin(), [](unsigned char c) { return char(std::tolower(c)); });
-  return text;
 }
 
 // Binary files may begin with "solid" too, but then they hold zeros.

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <charconv>
+#include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,6 +20,24 @@ std::string RangeText(double min, double max, bool whole);
 std::string NearestName(const std::string& name, const std::vector<std::string>& names);
 
 bool IsUtf8(const std::string& text);
+
+// ASCII letters only.
+std::string LowerCase(std::string text);
+// ".png" of a.PNG.
+std::string LowerExtension(const std::filesystem::path& path);
+
+// "a, b, c and 4 more".
+std::string Enumerate(const std::vector<std::string>& names, std::size_t most = 8);
+
+// The whole word as a number, also with a + before it; nothing if it is none.
+template <class T>
+std::optional<T> ToNumber(std::string_view word) {
+  if (word.starts_with('+')) word.remove_prefix(1);
+  T value{};
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error != std::errc() || end != word.data() + word.size()) return {};
+  return value;
+}
 
 // Of a file's text, for a message: at most 40 bytes of it, and '?' for what cannot be shown.
 std::string Excerpt(std::string_view text);

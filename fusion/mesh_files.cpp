@@ -4,8 +4,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
-#include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -13,6 +11,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "core/ply.h"
+#include "core/words.h"
 
 namespace polarscan {
 namespace {
@@ -137,23 +136,17 @@ std::string Stl(const SurfaceMesh& mesh) {
   return bytes;
 }
 
-std::string EndingOf(const std::filesystem::path& path) {
-  std::string ending = path.extension().string();
-  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return char(std::tolower(c)); });
-  return ending;
-}
-
 }  // namespace
 
 void CheckMeshFileName(const std::filesystem::path& path) {
-  const std::string ending = EndingOf(path);
+  const std::string ending = LowerExtension(path);
   if (ending != ".ply" && ending != ".obj" && ending != ".glb" && ending != ".stl")
     throw Error("there is no mesh format for this name", path.string(), "Use .ply, .obj, .glb or .stl");
 }
 
 void WriteMeshFile(const std::filesystem::path& path, const SurfaceMesh& mesh) {
   CheckMeshFileName(path);
-  const std::string ending = EndingOf(path);
+  const std::string ending = LowerExtension(path);
   WriteFileAtomically(path, ending == ".ply"   ? Ply(mesh)
                             : ending == ".obj" ? Obj(mesh)
                             : ending == ".stl" ? Stl(mesh)

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <map>
 
+#include "core/words.h"
 #include "stereo/sfm/scene.h"
 #include "stereo/sfm/source_views.h"
 #include "stereo/sfm/view_list.h"

@@ -4,15 +4,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <iterator>
 #include <map>
-#include <set>
 
 #include "core/error.h"
 #include "core/view_name.h"
+#include "core/words.h"
 #include "stereo/sfm/camera_models.h"
+#include "stereo/sfm/verdict.h"
 
 namespace polarscan {
 namespace {
@@ -57,15 +57,6 @@ const ColmapImage* FindImage(const ImagesByName& index, const std::string& view,
     return begin->second;
   }
   return nullptr;
-}
-
-std::vector<std::string> ViewsWithoutPose(const SparseModel& model, const std::vector<View>& views) {
-  std::set<std::string> posed;
-  for (const auto& [id, image] : model.images) posed.insert(image.name);
-  std::vector<std::string> names;
-  for (const View& view : views)
-    if (!posed.contains(view.PictureName())) names.push_back(view.name);
-  return names;
 }
 
 void RequireTwo(const SparseModel& kept, const SparseModel& given, const std::vector<View>& views,
@@ -166,7 +157,7 @@ SparseModel ReadKnownPoses(const fs::path& folder, const std::vector<View>& view
   const SparseModel given = ReadSparseModel(folder, &notes);
   SparseModel model = SelectKnownPoses(given, views, folder.string());
   for (const std::string& note : notes) progress.Warn(note);
-  if (const auto names = ViewsWithoutPose(model, views); !names.empty())
+  if (const auto names = MissingViews(model, views); !names.empty())
     progress.Warn(fmt::format(
         "{} of {} views have a known pose; the model has none for {}, which are left out ({}). Add "
         "them to the model, or take it away, so that the poses come from the pictures",

@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/words.h"
 #include "stereo/sfm/camera_models.h"
 
 namespace polarscan {

@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/words.h"
 #include "stereo/sfm/model_files.h"
 #include "stereo/sfm/view_list.h"
 

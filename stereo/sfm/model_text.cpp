@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -38,15 +37,6 @@ Words Split(std::string_view line) {
     at = end;
   }
   return words;
-}
-
-template <class T>
-std::optional<T> ToNumber(std::string_view word) {
-  if (word.starts_with('+')) word.remove_prefix(1);
-  T value{};
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size()) return {};
-  return value;
 }
 
 // The lines of a file, without comments and a byte order mark; empty lines count.

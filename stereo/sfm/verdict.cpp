@@ -33,15 +33,6 @@ constexpr double kLeastParallaxPx = 2;
 constexpr double kWidestDeg = 165;  // that a pinhole camera could see at all
 constexpr int kEnoughWithOne = 60;  // with one view: the mapper asks for 30 of them that it has points for
 
-std::vector<std::string> MissingViews(const SparseModel& model, const std::vector<View>& views) {
-  std::set<std::string> registered;
-  for (const auto& [id, image] : model.images) registered.insert(image.name);
-  std::vector<std::string> missing;
-  for (const View& view : views)
-    if (!registered.contains(view.PictureName())) missing.push_back(view.name);
-  return missing;
-}
-
 std::set<std::string> PicturesOf(const SparseModel& model) {
   std::set<std::string> names;
   for (const auto& [id, image] : model.images) names.insert(image.name);
@@ -154,6 +145,14 @@ double Extent(const SparseModel& model) {
 }
 
 }  // namespace
+
+std::vector<std::string> MissingViews(const SparseModel& model, const std::vector<View>& views) {
+  const std::set<std::string> posed = PicturesOf(model);
+  std::vector<std::string> missing;
+  for (const View& view : views)
+    if (!posed.contains(view.PictureName())) missing.push_back(view.name);
+  return missing;
+}
 
 double RegisteredShare(const SparseModel& model, const std::vector<View>& views) {
   return 1.0 - double(MissingViews(model, views).size()) / double(views.size());

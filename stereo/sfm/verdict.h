@@ -20,6 +20,9 @@ constexpr double kGoodShare = 0.8;
 // 0.8 px.
 constexpr double kDoubtfulError = 1;
 
+// The names of the views that the model has no image of.
+std::vector<std::string> MissingViews(const SparseModel& model, const std::vector<View>& views);
+
 double RegisteredShare(const SparseModel& model, const std::vector<View>& views);
 
 // What is known of the views beside their poses, for the words about those that were not placed.

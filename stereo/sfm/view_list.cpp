@@ -2,6 +2,7 @@
 #include "stereo/sfm/view_list.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <set>
@@ -30,13 +31,6 @@ std::vector<View> ListViews(const std::filesystem::path& views) {
     found[std::size_t(i)].height = picture.height();
   });
   return found;
-}
-
-std::string Enumerate(const std::vector<std::string>& names, std::size_t most) {
-  const std::size_t shown = std::min(most, names.size());
-  const std::string text =
-      fmt::format("{}", fmt::join(names.begin(), names.begin() + std::ptrdiff_t(shown), ", "));
-  return shown < names.size() ? fmt::format("{} and {} more", text, names.size() - shown) : text;
 }
 
 std::string EnumerateRuns(const std::vector<std::string>& names, const std::vector<View>& views) {

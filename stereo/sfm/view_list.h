@@ -18,10 +18,8 @@ struct View {
 // Throws Error if there are fewer than two, or a Stokes file lacks its picture.
 std::vector<View> ListViews(const std::filesystem::path& views);
 
-// "a, b, c and 7 more": at most `most` of the names.
-std::string Enumerate(const std::vector<std::string>& names, std::size_t most = 8);
-
-// The same for names of some of the views, all of them: neighbours are put together, "000, 003 to 007, 011".
+// Enumerate (core/words.h) for names of some of the views, all of them: neighbours are put together, "000,
+// 003 to 007, 011".
 std::string EnumerateRuns(const std::vector<std::string>& names, const std::vector<View>& views);
 
 }  // namespace polarscan
