@@ -251,11 +251,11 @@ void AddWarnings(Input& input, const InputOptions& options, const Picture& first
         "these pictures hold 8 bits, not {} as --bits or set.json says; they are taken as 8 bits. Save "
         "the camera's counts in 16-bit files to keep them all",
         options.bits));
-  if (first.bits == 8 && input.sensor.white_dn > 255)
+  if (first.bits < 32 && input.sensor.white_dn > double((1 << input.sensor.bits) - 1))
     input.warnings.push_back(fmt::format(
-        "no count of these 8-bit pictures reaches the white level {:g}, so all of them come out dark: "
+        "no count of these {}-bit pictures reaches the white level {:g}, so all of them come out dark: "
         "check --white-level and set.json",
-        input.sensor.white_dn));
+        input.sensor.bits, input.sensor.white_dn));
   if (input.kind != InputKind::kRgbAopDop) return;
   const auto jpegs = CountJpegs(input, 1);
   if (jpegs > 0)

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "acquisition/session/session_views.h"
 #include "core/error.h"
@@ -15,15 +16,21 @@ namespace {
 
 using nlohmann::json;
 
-// Reads keys of set.json; a value of the wrong type is an error that names the key.
+constexpr double infinity = std::numeric_limits<double>::infinity();
+// What levels, gains and gammas can be, of any camera: beyond, a digit slipped.
+constexpr double kMostDn = 1e9, kMostElectrons = 1e9, kMostGain = 1e6, kLeastGamma = 0.2, kMostGamma = 10;
+
+// Reads keys of set.json; a value of the wrong type, or beyond its range, is an error that names the key.
 class Reader {
  public:
   Reader(const json& object, std::filesystem::path path) : object_(object), path_(std::move(path)) {}
 
-  std::optional<double> Number(const char* key) const {
+  std::optional<double> Number(const char* key, double min = -infinity, double max = infinity) const {
     if (!Has(key)) return std::nullopt;
     if (!object_[key].is_number()) Fail(key, "a number");
-    return object_[key].get<double>();
+    const double value = object_[key].get<double>();
+    if (!(value >= min && value <= max)) Fail(key, fmt::format("a number from {:g} to {:g}", min, max));
+    return value;
   }
   std::optional<int> Bits(const char* key) const {
     const std::optional<double> bits = Number(key);
@@ -39,7 +46,7 @@ class Reader {
 
  private:
   bool Has(const char* key) const { return object_.contains(key) && !object_[key].is_null(); }
-  [[noreturn]] void Fail(const char* key, const char* wanted) const {
+  [[noreturn]] void Fail(const char* key, const std::string& wanted) const {
     throw Error(fmt::format("\"{}\" must be {}", key, wanted), path_.string());
   }
   const json& object_;
@@ -49,9 +56,10 @@ class Reader {
 // The count at which the sensor saturates: its full well or the end of its counts, whichever comes first;
 // nothing where that is only the end of its bits.
 std::optional<double> WhiteLevel(const Reader& sensor, int bits) {
-  if (const auto white = sensor.Number("white_dn")) return white;
-  const auto highest = sensor.Number("max_dn"), well = sensor.Number("full_well_e");
-  const auto gain = sensor.Number("dn_per_e");
+  if (const auto white = sensor.Number("white_dn", 0, kMostDn)) return white;
+  const auto highest = sensor.Number("max_dn", 0, kMostDn),
+             well = sensor.Number("full_well_e", 0, kMostElectrons);
+  const auto gain = sensor.Number("dn_per_e", 0, kMostGain);
   if ((!well || !gain) && highest == std::ldexp(1.0, bits) - 1) return std::nullopt;
   if (!well || !gain) return highest;
   const double full = std::floor(sensor.Number("black_dn").value_or(0) + *well * *gain + 1e-6);
@@ -64,16 +72,16 @@ void FillFromSensor(const Reader& sensor, InputOptions& options) {
     options.layout = layout.substr(0, layout.find('('));  // a remark in brackets may follow
   }
   if (options.bits == 0) options.bits = sensor.Bits("bits").value_or(0);
-  if (options.black_level < 0) options.black_level = sensor.Number("black_dn").value_or(-1);
+  if (options.black_level < 0) options.black_level = sensor.Number("black_dn", 0, 65535).value_or(-1);
   if (options.white_level <= 0) options.white_level = WhiteLevel(sensor, options.bits).value_or(0);
-  if (options.gain <= 0) options.gain = sensor.Number("dn_per_e").value_or(0);
-  if (options.read_noise < 0) options.read_noise = sensor.Number("read_noise_e").value_or(-1);
-  if (options.gamma <= 0) options.gamma = sensor.Number("gamma").value_or(0);
+  if (options.gain <= 0) options.gain = sensor.Number("dn_per_e", 0, kMostGain).value_or(0);
+  if (options.read_noise < 0) options.read_noise = sensor.Number("read_noise_e", 0, kMostGain).value_or(-1);
+  if (options.gamma <= 0) options.gamma = sensor.Number("gamma", kLeastGamma, kMostGamma).value_or(0);
 }
 
 void FillFromSet(const Reader& set, InputOptions& options) {
   if (options.kind == "auto") options.kind = set.Text("input_kind").value_or("auto");
-  if (options.gamma <= 0) options.gamma = set.Number("gamma").value_or(0);
+  if (options.gamma <= 0) options.gamma = set.Number("gamma", kLeastGamma, kMostGamma).value_or(0);
   if (options.aop_sense == "auto") options.aop_sense = set.Text("aop_sense").value_or("auto");
   if (options.aop_scale == "auto") options.aop_scale = set.Text("aop_scale").value_or("auto");
   if (options.angles.empty()) options.angles = set.Text("angles").value_or("");

@@ -9,6 +9,7 @@
 #include "apps/check_files.h"
 #include "apps/stages.h"
 #include "core/error.h"
+#include "stereo/sfm/known_poses.h"
 #include "stereo/sfm/model.h"
 
 namespace polarscan {
@@ -56,13 +57,9 @@ const char* Verdict(const Looked& findings) {
 
 // Views that the known model has a pose for.
 std::size_t CountPoses(const Input& input) {
-  const SparseModel model = ReadSparseModel(*input.known_model);
-  return std::size_t(std::ranges::count_if(input.views, [&](const InputView& view) {
-    return std::ranges::any_of(model.images, [&](const auto& image) {
-      return fs::path(image.second.name).replace_extension().string() == view.name ||
-             fs::path(image.second.name).stem().string() == view.name;
-    });
-  }));
+  std::vector<std::string> names;
+  for (const InputView& view : input.views) names.push_back(view.name);
+  return CountKnownPoses(ReadSparseModel(*input.known_model), names);
 }
 
 // Returns the number of views with a mask: of its own or what is transparent in its picture.

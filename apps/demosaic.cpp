@@ -35,6 +35,8 @@ void Run(const DemosaicCommand& command, Context& context) {
   const bool pictures = command.pictures && input.polarized();
   if (command.pictures && !pictures)
     context.progress.Warn("plain photos have no polarization to look at: --pictures makes none");
+  CreateFolder(command.views);
+  const Descriptor lock = LockFolder(command.views, "folder of views");
   MakeStokesViews(input, command.views, command.options, context.progress, pictures);
   context.data_lost = input.damaged();
   context.Finish(

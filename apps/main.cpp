@@ -149,4 +149,11 @@ int Run(int argc, char** argv) {
 }  // namespace
 }  // namespace polarscan
 
-int main(int argc, char** argv) { return polarscan::Run(argc, argv); }
+int main(int argc, char** argv) {
+  const int code = polarscan::Run(argc, argv);
+  if (std::cout.flush()) return code;
+  std::cerr
+      << "polarscan: standard output takes no more (a full disk, or a program that ended): what was to be "
+         "written there is cut off\n";
+  return code == polarscan::kDone ? polarscan::kFailed : code;
+}

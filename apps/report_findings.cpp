@@ -86,10 +86,13 @@ json AnglesOf(const json& scan) { return CountsOf(scan, "stereo").value("angles"
 
 void FindWrongAngles(const json& scan, json& list) {
   const json angles = AnglesOf(scan);
-  if (!angles.value("wrong", false)) return;
+  if (!angles.contains("advice")) return;
   std::string text = angles.value("advice", "") + ".";
   text[0] = char(std::toupper(text[0]));
-  list.push_back(Finding("angles", "The angles of polarization do not fit the shape", text));
+  list.push_back(Finding("angles",
+                         angles.value("wrong", false) ? "The angles of polarization do not fit the shape"
+                                                      : "The angles of polarization of some views do not fit",
+                         text));
 }
 
 void FindGaps(const std::vector<CameraPlace>& cameras, json& list) {

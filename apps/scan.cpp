@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/scan.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
-#include <cstring>
 #include <utility>
 
 #include "core/error.h"
@@ -22,18 +17,6 @@ using nlohmann::literals::operator""_json_pointer;
 namespace {
 
 constexpr const char* kFile = "scan.json";
-constexpr const char* kLock = ".lock";
-
-// The lock belongs to the open file: it ends with the process, however that ends.
-int Lock(const fs::path& folder) {
-  const int file = ::open((folder / kLock).c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-  if (file < 0)
-    throw Error(fmt::format("cannot write to the scan folder ({})", std::strerror(errno)), folder.string(),
-                "Choose a folder that you may write to");
-  if (::flock(file, LOCK_EX | LOCK_NB) == 0) return file;
-  ::close(file);
-  throw Error("another polarscan is working on this scan", folder.string(), "Wait for it, or stop it first");
-}
 
 struct StageFiles {
   std::string stage;
@@ -165,24 +148,11 @@ const std::vector<std::string>& StageNames() {
 }
 
 Scan::Scan(const fs::path& folder, Terminal& terminal, Mode mode)
-    : folder_(folder), terminal_(&terminal), mode_(mode), checksums_(folder) {
-  if (mode == Mode::kWork) lock_ = Lock(folder);
-}
-
-Scan::Scan(Scan&& other) noexcept
-    : folder_(std::move(other.folder_)),
-      terminal_(other.terminal_),
-      mode_(other.mode_),
-      state_(std::move(other.state_)),
-      checksums_(std::move(other.checksums_)),
-      input_(std::move(other.input_)),
-      before_(std::move(other.before_)),
-      plan_(std::move(other.plan_)),
-      lock_(std::exchange(other.lock_, -1)) {}
-
-Scan::~Scan() {
-  if (lock_ >= 0) ::close(lock_);
-}
+    : folder_(folder),
+      terminal_(&terminal),
+      mode_(mode),
+      checksums_(folder),
+      lock_(mode == Mode::kWork ? LockFolder(folder, "scan") : Descriptor(-1)) {}
 
 // A damaged scan.json costs no result: what the stages left is found out again.
 void Scan::ReadState() {

@@ -9,6 +9,7 @@
 
 #include "apps/checksums.h"
 #include "apps/terminal.h"
+#include "core/descriptor.h"
 
 namespace polarscan {
 
@@ -53,9 +54,6 @@ class Scan {
                    std::uint64_t fingerprint, Terminal& terminal);
   // Opens an existing scan to run single stages again. Throws Error if the folder holds none.
   static Scan Open(const std::filesystem::path& folder, Terminal& terminal);
-
-  Scan(Scan&& other) noexcept;
-  ~Scan();
 
   std::filesystem::path views() const { return folder_ / "views"; }
   std::filesystem::path sfm() const { return folder_ / "sfm"; }
@@ -114,7 +112,7 @@ class Scan {
   std::string input_;                                 // its fingerprint
   nlohmann::json before_ = nlohmann::json::object();  // digests of the stages so far: {"views": "5f2c..."}
   std::vector<PlannedStage> plan_;
-  int lock_ = -1;
+  Descriptor lock_;
 };
 
 // state: a scan.json. Whether the files of `stage` were made from another result of `earlier` than there is

@@ -8,6 +8,7 @@
 #include "apps/views.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "core/words.h"
 #include "demosaic/layout.h"
 #include "fusion/aop_check.h"
 #include "fusion/surface_maps.h"
@@ -41,8 +42,9 @@ std::string CureOfAngles(AopCount count, const nlohmann::json& input) {
          (mirrored && shifted ? ", and look which picture belongs to which angle" : "");
 }
 
+constexpr const char* kWays[] = {"", "the other way", "45 degrees on", "the other way and 45 degrees on"};
+
 std::string AnglesDoNotFit(AopCount count, const nlohmann::json& input) {
-  constexpr const char* kWays[] = {"", "the other way", "45 degrees on", "the other way and 45 degrees on"};
   return fmt::format(
       "the angles of polarization do not fit the shape that the views agree on; counted {} they would. {}{}",
       kWays[std::size_t(count)], CureOfAngles(count, input),
@@ -50,11 +52,31 @@ std::string AnglesDoNotFit(AopCount count, const nlohmann::json& input) {
                                           : "");
 }
 
+// Of views that are not as the others.
+std::string AnglesOfSomeDoNotFit(const AopFits& fits) {
+  std::vector<std::string> names;
+  for (const auto& [name, fit] : fits.odd) names.push_back(name);
+  return fmt::format(
+      "the angles of polarization of {} do not fit the shape that the other views agree on; counted {} they "
+      "would. Are "
+      "{} turned, mirrored or cut at an odd pixel, or is another camera's among the rest? Take {} out, or "
+      "save {} anew",
+      Enumerate(names), kWays[std::size_t(fits.odd.begin()->second.other)],
+      names.size() == 1 ? "its pictures" : "their pictures", names.size() == 1 ? "it" : "them",
+      names.size() == 1 ? "it" : "them");
+}
+
 // Asks the maps whether the angles are counted as they were said to be; what is wrong is said, and told to
 // the report.
 nlohmann::json CheckAngles(const Scan& scan, const StereoOptions& options, Progress& progress) {
-  const AopFit fit = CheckAop(ChosenViews(ReadWorkspace(scan.dense()), options.views), options, progress);
+  const AopFits fits = CheckAop(ChosenViews(ReadWorkspace(scan.dense()), options.views), options, progress);
+  const AopFit& fit = fits.all;
   nlohmann::json counts = ToJson(fit);
+  for (const auto& [name, own] : fits.odd) counts["odd"][name] = ToJson(own);
+  if (!fits.odd.empty()) {
+    counts["advice"] = AnglesOfSomeDoNotFit(fits);
+    progress.Warn(counts["advice"].get<std::string>());
+  }
   if (!fit.IsWrong()) return counts;
   const nlohmann::json views =
       scan.state().value("options", nlohmann::json::object()).value("views", nlohmann::json::object());

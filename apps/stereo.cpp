@@ -27,9 +27,10 @@ Shard ParseShard(const StereoArguments& a) {
   if (a.shard.empty()) return shard;
   const char *begin = a.shard.data(), *end = begin + a.shard.size();
   const auto [slash, no_index] = std::from_chars(begin, end, shard.index);
-  const bool sound = no_index == std::errc() && slash != end && *slash == '/' &&
-                     std::from_chars(slash + 1, end, shard.count).ptr == end && shard.index >= 1 &&
-                     shard.index <= shard.count;
+  const bool split = no_index == std::errc() && slash != end && *slash == '/';
+  const auto [rest, no_count] = split ? std::from_chars(slash + 1, end, shard.count)
+                                      : std::from_chars_result{begin, std::errc::invalid_argument};
+  const bool sound = no_count == std::errc() && rest == end && shard.index >= 1 && shard.index <= shard.count;
   if (!sound) throw Error("a shard is given as NUMBER/COUNT, from 1/4 to 4/4", "--shard " + a.shard);
   --shard.index;
   return shard;

@@ -25,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kViewsAtOnce = 4, kScaleViews = 8;
-constexpr double kMostlyDark = 0.5;  // share of pixels with S0 below 0
+constexpr double kMostlyDark = 0.5;  // share of pixels with S0 below 0, or none
 constexpr double kScalePercentile = 0.995, kScalePixels = 50e3;
 
 // S0 of the brightest colour at a regular grid of pixels.
@@ -83,12 +83,15 @@ void WritePicture(const fs::path& path, const PolarView& view, double scale) {
   WritePng(path, picture);
 }
 
-double ShareBelowZero(const Image<float>& s0, const Image<std::uint8_t>& mask) {
+// Returns the share of pixels with S0 below 0, or without a number, in the mask if there is one.
+// What was no number has become 0 of infinite noise.
+double ShareWithoutLight(const StokesImage& stokes, const Image<std::uint8_t>& mask) {
   std::size_t below = 0, all = 0;
-  for (std::size_t i = 0; i < s0.size(); ++i) {
+  for (std::size_t i = 0; i < stokes.s0.size(); ++i) {
     if (!mask.empty() && !mask.pixels()[i]) continue;
     ++all;
-    below += s0.pixels()[i] < 0;
+    const float s0 = stokes.s0.pixels()[i];
+    below += s0 < 0 || (s0 == 0 && !std::isfinite(stokes.noise.pixels()[i]));
   }
   return all ? double(below) / double(all) : 0;
 }
@@ -142,7 +145,7 @@ double UpdateScale(const Input& input, const DemosaicOptions& options,
   return scale;
 }
 
-// Returns the share of S0 below 0, in the mask if there is one.
+// Returns the share of pixels without light (ShareWithoutLight).
 double WriteView(const Input& input, int index, const DemosaicOptions& options, double scale, bool pictures,
                  ViewStore& store, const Progress& progress) {
   const LoadedView loaded = ReadView(input, index);
@@ -157,7 +160,7 @@ double WriteView(const Input& input, int index, const DemosaicOptions& options, 
   } else {
     WritePng(store.MaskPath(loaded.name), loaded.mask);
   }
-  return ShareBelowZero(view.stokes.s0, loaded.mask);
+  return ShareWithoutLight(view.stokes, loaded.mask);
 }
 
 // Calls f for every element, a few at once: what they hold in memory is bounded.
@@ -215,11 +218,11 @@ void MakeStokesViews(const Input& input, const fs::path& folder, const DemosaicO
     progress.Advance();
   });
   if (!dark.empty())
-    progress.Warn(fmt::format("{} views have less than no light in most of their pixels (S0 below 0): {}. {}",
-                              dark.size(), Enumerate({dark.begin(), dark.end()}, 5),
-                              input.kind == InputKind::kStokes
-                                  ? "Are these Stokes images, and is S0 the first?"
-                                  : "Is --black-level right?"));
+    progress.Warn(fmt::format(
+        "{} views have less than no light in most of their pixels (S0 below 0 or no number): {}. {}",
+        dark.size(), Enumerate({dark.begin(), dark.end()}, 5),
+        input.kind == InputKind::kStokes ? "Are these Stokes images, and is S0 the first?"
+                                         : "Is --black-level right?"));
 }
 
 }  // namespace polarscan

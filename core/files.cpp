@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <xxhash.h>
@@ -118,15 +119,34 @@ bool CarriesMark(const std::filesystem::path& file, const std::string& mark) {
   return beginning.find(mark) != std::string::npos;
 }
 
+namespace {
+
+// byte: of the last character that the parser took, counted from 1.
+std::string WhereParsingStopped(std::string_view text, std::size_t byte) {
+  if (text.find_first_not_of(" \t\r\n") == std::string_view::npos) return "it is empty";
+  if (byte == 0 || byte > text.size()) return "it ends too early: it was cut off, or a bracket is missing";
+  const std::string_view before = text.substr(0, byte - 1);
+  const std::size_t line = 1 + std::size_t(std::ranges::count(before, '\n')),
+                    column = byte - 1 - before.rfind('\n');
+  return fmt::format("line {}, column {}: what stands there ({}) does not belong there", line, column,
+                     Excerpt(text.substr(byte - 1, text.substr(byte - 1).find('\n'))));
+}
+
+}  // namespace
+
 std::string ToText(const nlohmann::json& value, int indent) {
   return value.dump(indent, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 nlohmann::json ReadJson(const std::filesystem::path& path) {
+  const std::string text = ReadFile(path);
   try {
-    return nlohmann::json::parse(ReadFile(path));
-  } catch (const nlohmann::json::exception& e) {
-    throw Error(fmt::format("this is not valid JSON ({})", JsonReason(e.what())), path.string());
+    return nlohmann::json::parse(text);
+  } catch (const nlohmann::json::parse_error& error) {
+    throw Error(fmt::format("this is not valid JSON: {}", WhereParsingStopped(text, error.byte)),
+                path.string());
+  } catch (const nlohmann::json::exception& error) {
+    throw Error(fmt::format("this is not valid JSON ({})", JsonReason(error.what())), path.string());
   }
 }
 
@@ -144,6 +164,17 @@ void CreateFolder(const std::filesystem::path& path) {
   if (!code) return;
   errno = code.value();
   ThrowSystemError("cannot create the folder", path);
+}
+
+Descriptor LockFolder(const std::filesystem::path& folder, const std::string& what) {
+  Descriptor file(::open((folder / ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
+  if (file.fd < 0)
+    throw Error(fmt::format("the {} cannot be written to ({})", what, std::strerror(errno)), folder.string(),
+                "Choose a folder that you may write to");
+  if (::flock(file.fd, LOCK_EX | LOCK_NB) != 0)
+    throw Error(fmt::format("another polarscan is working on this {}", what), folder.string(),
+                "Wait for it, or stop it first");
+  return file;
 }
 
 std::uint64_t Hash(std::string_view bytes, std::uint64_t seed) {

@@ -10,6 +10,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/descriptor.h"
+
 namespace polarscan {
 
 // Whole file as bytes. Throws Error (missing, unreadable, a folder).
@@ -54,6 +56,10 @@ void RequireFree(const std::filesystem::path& path, const std::function<bool()>&
 bool CarriesMark(const std::filesystem::path& file, const std::string& mark);
 
 void CreateFolder(const std::filesystem::path& path);
+// One process at a time works in the folder: who holds the lock (a hidden file .lock) until it is closed, and
+// no longer than the process lives, however that ends. what: the folder in messages, as "scan". Throws Error
+// if another process holds it, or the folder cannot be written to.
+Descriptor LockFolder(const std::filesystem::path& folder, const std::string& what);
 // A power cut cannot take the names of new files in it back any more.
 void SyncFolder(const std::filesystem::path& path);
 

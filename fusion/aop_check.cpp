@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <vector>
 
@@ -27,6 +29,9 @@ constexpr float kSameDepth = 0.01f;     // share of the depth by which two views
 constexpr double kGrazingCosine = 0.1;  // between a normal and a line of sight
 constexpr int kEnoughPoints = 100;
 constexpr double kClear = 0.01, kSure = 4;  // how much better, and in standard deviations
+constexpr double kClearOfOneView = 0.1;     // it has no say in the normals
+constexpr int kLeastViews = 4;              // at a place where one is held against the others
+constexpr double kOwnWeight = 0.25, infinity = std::numeric_limits<double>::infinity();
 
 struct SurfacePlace {
   Eigen::Vector3d position, normal;  // world; the normal of its wider surroundings
@@ -136,34 +141,62 @@ std::vector<Eigen::Vector3d> Cone(const Eigen::Vector3d& axis) {
 
 using Fits = std::array<double, 4>;  // by AopCount
 
-// The best that a normal in the cone does for each way to count; none if too little is known of the place.
-std::optional<Fits> BestFits(const SurfacePlace& place, const std::vector<std::vector<Witness>>& witnesses,
-                             std::size_t index, const std::vector<Eigen::Matrix3d>& rotations) {
-  double total = 0;
-  for (const auto& view : witnesses) total += double(view[index].weight);
-  if (total < kLeastWitness) return {};
-  Fits best = {-2, -2, -2, -2};
-  for (const Eigen::Vector3d& normal : Cone(place.normal)) {
-    double along = 0, across = 0;  // sums of cos cos and sin sin of four times AoP and azimuth
-    bool seen = true;
-    for (std::size_t v = 0; v < witnesses.size() && seen; ++v) {
-      const Witness& w = witnesses[v][index];
-      if (w.weight <= 0) continue;
-      const Eigen::Vector3d n = rotations[v] * normal;
-      const double x = double(w.x), y = double(w.y);
-      seen = n.x() * x + n.y() * y + n.z() < -kGrazingCosine;
-      const double a = n.x() - n.z() * x, b = -(n.y() - n.z() * y), s = a * a + b * b + 1e-12;
-      const double cos2 = (a * a - b * b) / s, sin2 = 2 * a * b / s;
-      along += double(w.weight) * double(w.cos4) * (cos2 * cos2 - sin2 * sin2);
-      across += double(w.weight) * double(w.sin4) * 2 * cos2 * sin2;
-    }
-    if (!seen) continue;
-    const double given = (along + across) / total, mirrored = (along - across) / total;
-    best = {std::max(best[0], given), std::max(best[1], mirrored), std::max(best[2], -given),
-            std::max(best[3], -mirrored)};
+// Along and across: cos cos and sin sin of four times AoP and azimuth, weighted.
+Fits FitsOf(double along, double across) {
+  return {along + across, along - across, -along - across, across - along};
+}
+
+// What a place says: the best that a normal in the cone does for each way to count all views, and of each
+// view (nothing where it says too little) the fits to the normal that the other views, as given, ask for.
+struct PlaceFits {
+  Fits all;
+  std::vector<std::optional<Fits>> of_view;
+};
+
+// Of one normal: per view along and across; none if a view that is a witness could not see it.
+std::optional<std::vector<Eigen::Vector2d>> Agreements(const Eigen::Vector3d& normal,
+                                                       const std::vector<std::vector<Witness>>& witnesses,
+                                                       std::size_t index,
+                                                       const std::vector<Eigen::Matrix3d>& rotations) {
+  std::vector<Eigen::Vector2d> sums(witnesses.size(), Eigen::Vector2d::Zero());
+  for (std::size_t v = 0; v < witnesses.size(); ++v) {
+    const Witness& w = witnesses[v][index];
+    if (w.weight <= 0) continue;
+    const Eigen::Vector3d n = rotations[v] * normal;
+    const double x = double(w.x), y = double(w.y);
+    if (n.x() * x + n.y() * y + n.z() >= -kGrazingCosine) return {};
+    const double a = n.x() - n.z() * x, b = -(n.y() - n.z() * y), s = a * a + b * b + 1e-12;
+    const double cos2 = (a * a - b * b) / s, sin2 = 2 * a * b / s;
+    sums[v] = double(w.weight) *
+              Eigen::Vector2d(double(w.cos4) * (cos2 * cos2 - sin2 * sin2), double(w.sin4) * 2 * cos2 * sin2);
   }
-  if (best[0] < -1) return {};
-  return best;
+  return sums;
+}
+
+// None if too little is known of the place.
+std::optional<PlaceFits> FitsAt(const SurfacePlace& place, const std::vector<std::vector<Witness>>& witnesses,
+                                std::size_t index, const std::vector<Eigen::Matrix3d>& rotations) {
+  double total = 0;
+  int seen_by = 0;
+  for (const auto& view : witnesses) total += double(view[index].weight), seen_by += view[index].weight > 0;
+  if (total < kLeastWitness) return {};
+  PlaceFits fits{{-2, -2, -2, -2}, std::vector<std::optional<Fits>>(witnesses.size())};
+  std::vector<double> rest(witnesses.size(), -infinity);  // the most that the other views have agreed
+  for (const Eigen::Vector3d& normal : Cone(place.normal)) {
+    const auto sums = Agreements(normal, witnesses, index, rotations);
+    if (!sums) continue;
+    const Eigen::Vector2d sum = std::accumulate(sums->begin(), sums->end(), Eigen::Vector2d(0, 0));
+    const Fits all = FitsOf(sum.x() / total, sum.y() / total);
+    for (std::size_t k = 0; k < all.size(); ++k) fits.all[k] = std::max(fits.all[k], all[k]);
+    for (std::size_t v = 0; v < witnesses.size() && seen_by >= kLeastViews; ++v) {
+      const double others = (sum - (*sums)[v]).sum(), weight = double(witnesses[v][index].weight);
+      if (weight < kOwnWeight || others <= rest[v]) continue;
+      rest[v] = others;
+      fits.of_view[v] = FitsOf((*sums)[v].x() / weight, (*sums)[v].y() / weight);
+    }
+  }
+  if (fits.all[0] < -1) return {};
+  return fits;
 }
 
 AopFit Summary(const std::vector<Fits>& fits) {
@@ -182,6 +215,27 @@ AopFit Summary(const std::vector<Fits>& fits) {
   return fit;
 }
 
+// What the places say of all views, and of each.
+AopFits Summaries(const std::vector<std::optional<PlaceFits>>& places, const std::vector<int>& views,
+                  const Workspace& workspace) {
+  std::vector<Fits> all;
+  std::vector<std::vector<Fits>> of_view(views.size());
+  for (const auto& place : places) {
+    if (!place) continue;
+    all.push_back(place->all);
+    for (std::size_t v = 0; v < views.size(); ++v)
+      if (place->of_view[v]) of_view[v].push_back(*place->of_view[v]);
+  }
+  AopFits fits{Summary(all)};
+  if (fits.all.IsWrong()) return fits;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const AopFit own = Summary(of_view[v]);
+    if (own.IsWrong() && own.other_fit - own.given > kClearOfOneView)
+      fits.odd[workspace.views[std::size_t(views[v])].name] = own;
+  }
+  return fits;
+}
+
 }  // namespace
 
 bool AopFit::IsWrong() const {
@@ -194,8 +248,8 @@ nlohmann::json ToJson(const AopFit& fit) {
           {"other_fit", fit.other_fit}, {"sigmas", fit.sigmas}, {"wrong", fit.IsWrong()}};
 }
 
-AopFit CheckAop(const Workspace& workspace, const StereoOptions& options, Progress& progress) {
-  if (!workspace.polarized) return {};
+AopFits CheckAop(const Workspace& workspace, const StereoOptions& options, Progress& progress) {
+  if (!workspace.polarized) return {{}};
   const std::string kind = BestMapKind(workspace);
   const std::vector<int> views = SomeViews(workspace, kind);
   StereoOptions by_noise;
@@ -216,14 +270,11 @@ AopFit CheckAop(const Workspace& workspace, const StereoOptions& options, Progre
     rotations.push_back(dense.cam_from_world.rotation);
     progress.Advance();
   }
-  std::vector<std::optional<Fits>> found(places.size());
+  std::vector<std::optional<PlaceFits>> found(places.size());
   ParallelFor(0, int(places.size()), [&](int i) {
-    found[std::size_t(i)] = BestFits(places[std::size_t(i)], witnesses, std::size_t(i), rotations);
+    found[std::size_t(i)] = FitsAt(places[std::size_t(i)], witnesses, std::size_t(i), rotations);
   });
-  std::vector<Fits> fits;
-  for (const auto& fit : found)
-    if (fit) fits.push_back(*fit);
-  return Summary(fits);
+  return Summaries(found, views, workspace);
 }
 
 }  // namespace polarscan

@@ -182,6 +182,10 @@ MeshSummary MakeMesh(const fs::path& cloud_ply, const fs::path& dense, const fs:
   TriangleMesh mesh = MakeSurface(cloud, workspace, helping, summary, progress).mesh;
   if (options.faces > 0 && mesh.triangles.size() > std::size_t(options.faces))
     mesh = Simplify(mesh, options.faces);
+  if (options.faces > 0 && double(mesh.triangles.size()) > 1.1 * options.faces)
+    progress.Warn(
+        fmt::format("{} triangles instead of {}: its topology (pieces, handles, borders) allows no fewer",
+                    mesh.triangles.size(), options.faces));
   summary.vertices = mesh.vertices.size(), summary.faces = mesh.triangles.size();
   summary.closed = BorderLoops(mesh.triangles).empty();
   SurfaceMesh dressed = DressMesh(mesh, cloud, summary.cell, options.trim_cells * summary.cell);

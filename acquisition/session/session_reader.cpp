@@ -102,7 +102,13 @@ class Scanner {
     if (record.index > next_index_)
       Damage(fmt::format("{} records before frame {} are missing (segment {:06})", record.index - next_index_,
                          record.info.sequence, segment));
-    next_index_ = std::max(next_index_, record.index + 1);
+    if (record.index < next_index_)
+      Damage(fmt::format(
+          "frame {} was stored before: it is left out (segment {:06}, a copy of what an earlier one "
+          "holds?)",
+          record.info.sequence, segment));
+    if (record.index < next_index_) return false;
+    next_index_ = record.index + 1;
     session_.records = next_index_;
     const std::uint64_t offset = at + kRecordHeaderBytes;
     const std::string_view payload = bytes.substr(offset, record.payload_bytes);

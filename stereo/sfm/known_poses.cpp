@@ -141,6 +141,13 @@ SparseModel SelectKnownPoses(const SparseModel& given, const std::vector<View>& 
   return kept;
 }
 
+std::size_t CountKnownPoses(const SparseModel& given, const std::vector<std::string>& views) {
+  const ImagesByName index = IndexByName(given);
+  return std::size_t(std::ranges::count_if(views, [&](const std::string& view) {
+    return std::ranges::any_of(index, [&](const auto& images) { return images.contains(view); });
+  }));
+}
+
 namespace {
 
 // Which of the given cameras became this one of the model's: that of the same image.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "core/progress.h"
@@ -16,6 +17,9 @@ namespace polarscan {
 // have a pose; if a view has two; if a camera cannot be the views'.
 SparseModel SelectKnownPoses(const SparseModel& given, const std::vector<View>& views,
                              const std::string& where);
+
+// How many of the views, by name, the model has a pose for; one that it has two for counts.
+std::size_t CountKnownPoses(const SparseModel& given, const std::vector<std::string>& views);
 
 // Reads the model in `folder` and selects. Warns of views without a pose, by name, of what is odd in the
 // files, and of cameras that were given for another size.

@@ -118,6 +118,19 @@ TEST_F(InputTest, WhereSamplesPileUpIsTheWhiteLevelUnlessItIsSaid) {
   EXPECT_NEAR(Open(options).sensor.white_dn, 3800, 3);
 }
 
+TEST_F(InputTest, AWhiteLevelThatNoCountReachesIsWarnedOf) {
+  Grey16("mosaic/a.png", 900);
+  for (const auto& [white, warned] : {std::pair(4095, false), std::pair(40000, true)}) {
+    Set(fmt::format(R"({{"sensor": {{"layout": "90 45 / 135 0", "bits": 12, "white_dn": {}}}}})", white));
+    const Input input = Open();
+    const bool said = std::ranges::any_of(input.warnings, [](const std::string& text) {
+      return text.find("no count of these 12-bit pictures reaches the white level 40000") !=
+             std::string::npos;
+    });
+    EXPECT_EQ(said, warned) << white;
+  }
+}
+
 TEST_F(InputTest, AnOptionThatCannotCountAndJpegMosaicsAreWarnedOf) {
   const auto warnings = [&] {
     std::string all;
@@ -379,11 +392,21 @@ TEST_F(InputTest, ABadSetJsonIsNamed) {
   Grey8("mosaic/a.png");
   Set("{");
   EXPECT_SAYS(Complaint(), "set.json");
+  EXPECT_SAYS(Complaint(), "it ends too early: it was cut off");
+  Set(" ");
+  EXPECT_SAYS(Complaint(), "it is empty");
+  Set("{\n  \"sensor\": nothing\n}");
+  EXPECT_SAYS(Complaint(), "line 2, column 14: what stands there (othing) does not belong there");
   Set(R"({"sensor": {"bits": "twelve"}})");
   EXPECT_SAYS(Complaint(), "\"bits\" must be a number");
   for (const char* bits : {"1e24", "0", "11.5"}) {
     Set(fmt::format(R"({{"sensor": {{"bits": {}}}}})", bits));
     EXPECT_SAYS(Complaint(), "\"bits\" must be a whole number from 1 to 32");
+  }
+  for (const char* absurd : {"gamma\": 1e-9", "gamma\": -1", "white_dn\": -4", "dn_per_e\": 1e300",
+                             "black_dn\": -1", "read_noise_e\": -2"}) {
+    Set(fmt::format(R"({{"sensor": {{"layout": "90 45 / 135 0", "{}}}}})", absurd));
+    EXPECT_SAYS(Complaint(), "must be a number from");
   }
   Set(R"({"input_kind": "video"})");
   EXPECT_SAYS(Complaint(), "input-kind video");

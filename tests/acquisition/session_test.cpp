@@ -132,6 +132,20 @@ TEST_F(SessionFolder, AMissingSegmentIsNamed) {
   EXPECT_NE(read.damage[0].find("3 records before frame 6"), std::string::npos) << read.damage[0];
 }
 
+TEST_F(SessionFolder, FramesThatWereStoredBeforeAreNamedAndLeftOut) {
+  WriteSession(session(), 4);
+  const std::string whole = ReadFile(segment());
+  Overwrite(segment(), whole + whole);
+  const Session doubled = OpenSession(session(), Verify::kPayloads);
+  EXPECT_EQ(doubled.frames.size(), 4u);
+  EXPECT_EQ(doubled.info.counts.stored, 4u);
+  ASSERT_EQ(doubled.damage.size(), 4u);
+  EXPECT_NE(doubled.damage[0].find("frame 0 was stored before"), std::string::npos) << doubled.damage[0];
+  Overwrite(segment(), whole);
+  Overwrite(segment(1), whole);
+  EXPECT_EQ(OpenSession(session()).frames.size(), 4u) << "a copy of a segment";
+}
+
 TEST_F(SessionFolder, RecordsOfAnotherSessionAreNotTakenForThisOnes) {
   WriteSession(session(), 2, false);
   WriteSession(folder_ / "other", 3);

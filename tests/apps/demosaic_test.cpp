@@ -223,7 +223,30 @@ TEST_F(DemosaicCommand, ViewsWithLessThanNoLightAreNamed) {
   WriteAngles("b", 0.02, 0, 0);
   const Outcome outcome = Run({"--bits", "16", "--black-level", "5000"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_NE(outcome.err.find("(S0 below 0): b. Is --black-level right?"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("(S0 below 0 or no number): b. Is --black-level right?"), std::string::npos)
+      << outcome.err;
+}
+
+TEST_F(DemosaicCommand, ViewsWithoutANumberInThemAreNamed) {
+  const Image<float> whole(40, 30, 0.5f), none(40, 30, std::nanf(""));
+  WriteFloatTiff(Input() / "a.tif", {&whole, &whole, &whole});
+  WriteFloatTiff(Input() / "b.tif", {&none, &none, &none});
+  const Outcome outcome = Run({"--input-kind", "stokes"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("(S0 below 0 or no number): b."), std::string::npos) << outcome.err;
+}
+
+TEST_F(DemosaicCommand, TwoAtOnceInOneFolderAreNotLetIn) {
+  WriteAngles("a", 0.8, 0.3, -0.1);
+  CreateFolder(Views());
+  {
+    const Descriptor other = LockFolder(Views(), "folder of views");
+    const Outcome outcome = Run();
+    EXPECT_EQ(outcome.exit_code, kFailed);
+    EXPECT_NE(outcome.err.find("another polarscan is working on this folder of views"), std::string::npos)
+        << outcome.err;
+  }
+  EXPECT_EQ(Run().exit_code, kDone);
 }
 
 TEST_F(DemosaicCommand, EmptyMasksStopItBeforeAnyWork) {
@@ -263,6 +286,11 @@ TEST_F(DemosaicCommand, CheckSaysWhatAFolderOfPicturesIs) {
   const Outcome fisheye = check();
   EXPECT_EQ(fisheye.exit_code, kDataLost) << "as reconstruct would refuse it";
   EXPECT_NE(fisheye.err.find("OPENCV_FISHEYE"), std::string::npos) << fisheye.err;
+  WriteFileAtomically(Input() / "sparse/cameras.txt", "1 PINHOLE 40 30 50 50 20 15\n");
+  WriteFileAtomically(Input() / "sparse/images.txt",
+                      "1 1 0 0 0 0 0 3 1 C:\\pictures\\a.png\n\n2 1 0 0 0 1 0 3 1 left/b.tif\n\n");
+  const Outcome elsewhere = check();
+  EXPECT_NE(elsewhere.err.find("poses for 2"), std::string::npos) << elsewhere.err << "as reconstruct counts";
   fs::remove_all(Input() / "sparse");
   fs::resize_file(Input() / "I-90/b.png", 60);
   const Outcome damaged = check();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // `polarscan mesh` from outside, on a scan made from closed forms.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "core/files.h"
@@ -46,6 +47,15 @@ TEST_F(MeshCommand, AgainDoesNothingAndAnOutputNameWritesThatFormat) {
   EXPECT_NE(outcome.err.find("done before"), std::string::npos) << outcome.err;
   EXPECT_EQ(fs::last_write_time(Scan() / "mesh.ply"), time);
   EXPECT_EQ(ReadFile(glb).substr(0, 4), "glTF");
+}
+
+TEST_F(MeshCommand, FewerTrianglesThanItsTopologyAllowsAreSaidToBeMore) {
+  const Outcome outcome = Run({"--no-refine", "--faces", "1", "--json"});
+  ASSERT_EQ(outcome.exit_code, kDone) << outcome.err;
+  const std::string words =
+      fmt::format("{} triangles instead of 1", json::parse(outcome.out)["faces"].get<int>());
+  EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
+  EXPECT_EQ(Run({"--no-refine", "--faces", "500"}).err.find("triangles instead of"), std::string::npos);
 }
 
 TEST_F(MeshCommand, AnStlComesWithAWordOnItsUnitAndIsATruth) {

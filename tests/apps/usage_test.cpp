@@ -92,6 +92,8 @@ TEST_F(Usage, WhatTheCommandLineCannotMeanIsAnsweredWithWhatItCould) {
       {{"stereo", scan, "--window-radius=3", "-z"}, kWrongUsage, {"no option -z", "--help-all"}},
       {{"reconstruct", "--thread", "2", pictures}, kWrongUsage, {"did you mean --threads?"}},
       {{"mesh", scan, "--dept", "7"}, kWrongUsage, {"did you mean --"}},
+      {{"stereo", scan, "--shard", "1/99999999999"}, kFailed, {"--shard 1/99999999999", "NUMBER/COUNT"}},
+      {{"stereo", scan, "--shard", "3/2"}, kFailed, {"--shard 3/2", "from 1/4 to 4/4"}},
       {{"stereo", scan, "--window-radius", "three"},
        kWrongUsage,
        {"--window-radius", "whole number", "'three'"}},
@@ -342,6 +344,17 @@ TEST_F(Usage, HelpShowsWhatPeopleUseFirstAndHelpAllTheRest) {
   const std::string stereo = RunPolarscan({"stereo", "--help-all"}).out;
   EXPECT_NE(stereo.find("--window-radius px"), std::string::npos) << stereo;
   EXPECT_NE(stereo.find("(1 to 10; default 5)"), std::string::npos) << stereo;
+}
+
+TEST_F(Usage, AResultThatStdoutDoesNotTakeIsNoSuccess) {
+  for (const Words& words :
+       {Words{"doctor", "--json"}, Words{"--help"}, Words{"check", At("session"), "--json"}}) {
+    std::string line;
+    for (const std::string& word : Polarscan(words)) line += "'" + word + "' ";
+    const Outcome outcome = Process({"sh", "-c", line + ">/dev/full"}).Wait();
+    EXPECT_EQ(outcome.exit_code, kFailed) << line;
+    EXPECT_NE(outcome.err.find("standard output takes no more"), std::string::npos) << line << outcome.err;
+  }
 }
 
 }  // namespace

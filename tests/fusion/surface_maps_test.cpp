@@ -264,8 +264,10 @@ TEST_F(SurfaceMaps, OfTwoViewsTheFilterAsksForNoMoreThanTheirOwnAgreement) {
   EXPECT_LT(count(depth), count(truth)) << "what one view sees stays out";
 }
 
-// The maps are exact; the AoP are turned (s1, s2) -> turn(s1, s2).
-AopFit FitOfAngles(const std::function<std::pair<float, float>(float, float)>& turn, float noise = 0) {
+// The maps are exact; the AoP, of the first views only if `turned` says how many, are turned
+// (s1, s2) -> turn(s1, s2).
+AopFits FitsOfAngles(const std::function<std::pair<float, float>(float, float)>& turn, float noise = 0,
+                     int turned = 1000) {
   TemporaryFolder folder;
   const Workspace workspace = LitSphere(folder.path(), 12, 120, 90);
   Random random(9);
@@ -276,13 +278,34 @@ AopFit FitOfAngles(const std::function<std::pair<float, float>(float, float)>& t
     StokesImage stokes = ReadStokes(workspace.StokesPath(view));
     for (std::size_t i = 0; i < stokes.s1.size(); ++i) {
       float &s1 = stokes.s1.pixels()[i], &s2 = stokes.s2.pixels()[i];
-      std::tie(s1, s2) = turn(s1, s2);
+      if (view < turned) std::tie(s1, s2) = turn(s1, s2);
       if (noise > 0) s1 = noise * float(random.Normal()), s2 = noise * float(random.Normal());
     }
     WriteStokes(workspace.StokesPath(view), stokes);
   }
   Progress progress;
   return CheckAop(workspace, StereoOptions(), progress);
+}
+AopFit FitOfAngles(const std::function<std::pair<float, float>(float, float)>& turn, float noise = 0) {
+  return FitsOfAngles(turn, noise).all;
+}
+
+TEST(AopCheck, ViewsThatAreCountedOtherwiseThanTheRestAreNamed) {
+  const auto odd = [](const AopFits& fits) {
+    std::vector<std::pair<std::string, AopCount>> names;
+    for (const auto& [name, fit] : fits.odd) names.emplace_back(name, fit.other);
+    return names;
+  };
+  using Odd = std::vector<std::pair<std::string, AopCount>>;
+  // A mosaic that was cut at an odd pixel: 45 degrees become 90, 90 become 45.
+  EXPECT_EQ(odd(FitsOfAngles([](float s1, float s2) { return std::pair(-s2, -s1); }, 0, 1)),
+            (Odd{{"v100", AopCount::kMirroredAndShifted}}));
+  EXPECT_EQ(odd(FitsOfAngles([](float s1, float s2) { return std::pair(s1, -s2); }, 0, 2)),
+            (Odd{{"v100", AopCount::kMirrored}, {"v101", AopCount::kMirrored}}));
+  for (const float noise : {0.f, 0.0057f})
+    EXPECT_EQ(odd(FitsOfAngles([](float s1, float s2) { return std::pair(s1, s2); }, noise)), Odd{}) << noise;
+  EXPECT_EQ(odd(FitsOfAngles([](float s1, float s2) { return std::pair(-s1, -s2); }, 0, 1)), Odd{})
+      << "a quarter-turn does no harm";
 }
 
 TEST(AopCheck, AnglesThatAreCountedAnotherWayAreFoundOut) {
