@@ -15,6 +15,7 @@
 #include "apps/capture_screen.h"
 #include "apps/command.h"
 #include "core/words.h"
+#include "simulation/cameras.h"
 
 namespace polarscan {
 namespace {
@@ -65,7 +66,7 @@ auto WhileListening(const Progress& progress, Ask ask) {
 // The one real camera there is.
 std::string PickCamera() {
   std::string id, list;
-  for (const CameraInfo& camera : ListCameras()) {
+  for (const CameraInfo& camera : ListAllCameras()) {
     if (camera.id == "simulated") continue;
     id = camera.id;
     list += (list.empty() ? "" : ", ") + camera.id;
@@ -93,7 +94,7 @@ std::unique_ptr<Camera> FindCamera(const Arguments& a, const Context& context) {
   while (true) {
     try {
       return WhileListening(context.progress, [id = a.camera, seed = context.seed] {
-        return OpenCamera(id.empty() ? PickCamera() : id, seed);
+        return OpenAnyCamera(id.empty() ? PickCamera() : id, seed);
       });
     } catch (const NoSuchCamera&) {
       if (Clock::now() >= end)

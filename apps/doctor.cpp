@@ -11,6 +11,7 @@
 #include "acquisition/host/usb.h"
 #include "apps/command.h"
 #include "core/files.h"
+#include "simulation/cameras.h"
 #include "stereo/sfm/colmap.h"
 
 namespace polarscan {
@@ -43,7 +44,7 @@ HostCheck CheckColmap(Progress& progress) {
 std::vector<HostTask> Tasks(const Host& host, const fs::path& folder) {
   return {
       {"cameras", 20, "polarscan cameras",
-       [](Progress&) { return std::vector{CheckCameras(ListCameras())}; }},
+       [](Progress&) { return std::vector{CheckCameras(ListAllCameras())}; }},
       {"USB", 5, "sudo dmesg   (the kernel's messages)", [host](Progress&) { return CheckUsb(host); }},
       {"network", 5, "ip addr", [host](Progress&) { return CheckNetwork(host); }},
       {"video devices", 5, "ls -l /dev/video*", [host](Progress&) { return CheckVideoDevices(host); }},

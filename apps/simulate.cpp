@@ -5,11 +5,11 @@
 #include <functional>
 
 #include "acquisition/camera/replay_camera.h"
-#include "acquisition/camera/simulated_camera.h"
-#include "acquisition/gige/gige_server.h"
 #include "acquisition/session/session_reader.h"
 #include "apps/command.h"
 #include "core/error.h"
+#include "simulation/gige/gige_server.h"
+#include "simulation/simulated_camera.h"
 
 namespace polarscan {
 namespace {

@@ -3,7 +3,6 @@
 
 #include "acquisition/camera/aravis_camera.h"
 #include "acquisition/camera/replay_camera.h"
-#include "acquisition/camera/simulated_camera.h"
 #include "acquisition/camera/v4l2_camera.h"
 
 namespace polarscan {
@@ -15,18 +14,12 @@ nlohmann::json ToJson(const CameraInfo& info) {
 std::vector<CameraInfo> ListCameras() {
   std::vector<CameraInfo> cameras = ListAravisCameras();
   for (CameraInfo& camera : ListV4l2Cameras()) cameras.push_back(std::move(camera));
-  cameras.push_back(OpenSimulatedCamera(SimulatedCameraOptions())->info());
   return cameras;
 }
 
-std::unique_ptr<Camera> OpenCamera(const std::string& id, std::uint64_t seed) {
+std::unique_ptr<Camera> OpenCamera(const std::string& id) {
   constexpr std::string_view kReplay = "replay:";
   if (id.starts_with(kReplay)) return OpenReplayCamera(id.substr(kReplay.size()));
-  if (id == "simulated") {
-    SimulatedCameraOptions options;
-    options.simulator.seed = seed;
-    return OpenSimulatedCamera(options);
-  }
   if (id.starts_with("/dev/")) return OpenV4l2Camera(id);
   return OpenAravisCamera(id);
 }

@@ -12,7 +12,7 @@
 
 namespace polarscan {
 
-// id: what OpenCamera takes: Aravis' id, "simulated", "replay:FOLDER".
+// id: what OpenCamera takes: Aravis' id, "replay:FOLDER" (and simulation/cameras.h "simulated").
 struct CameraInfo {
   std::string id, vendor, model, serial;
 };
@@ -67,6 +67,6 @@ std::vector<CameraInfo> ListCameras();
 
 // id: of a CameraInfo; a GigE or USB3 Vision camera also by its serial number or address. Throws
 // NoSuchCamera, or Error if it cannot be used.
-std::unique_ptr<Camera> OpenCamera(const std::string& id, std::uint64_t seed = 0);
+std::unique_ptr<Camera> OpenCamera(const std::string& id);
 
 }  // namespace polarscan

@@ -8,10 +8,11 @@
 #include "acquisition/input.h"
 #include "acquisition/session/exchange.h"
 #include "acquisition/session/session_views.h"
-#include "acquisition/simulator.h"
 #include "core/error.h"
 #include "demosaic/polar_view.h"
 #include "session_helpers.h"
+#include "simulation/cameras.h"
+#include "simulation/simulator.h"
 
 namespace polarscan::test {
 namespace {
@@ -19,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 std::unique_ptr<Camera> SmallCamera(const std::string& format = "Mono12p", const std::string& fps = "1000") {
-  std::unique_ptr<Camera> camera = OpenCamera("simulated", 1);
+  std::unique_ptr<Camera> camera = OpenAnyCamera("simulated", 1);
   const std::pair<const char*, std::string> features[] = {
       {"width", "64"},     {"height", "48"},         {"rings", "33:3"},
       {"samples", "1"},    {"scene", "sphere"},      {"table", "false"},
@@ -74,7 +75,7 @@ TEST_F(CameraTest, AReplayGivesTheSamePayloadsAndTheSameGaps) {
   Record(*camera, {.frames = 20});
   const Session recorded = Open();
   EXPECT_GT(recorded.info.counts.lost, 0u);
-  const auto replay = OpenCamera("replay:" + session().string());
+  const auto replay = OpenAnyCamera("replay:" + session().string());
   replay->Set("speed", "0");
   EXPECT_EQ(Record(*replay, {}, "again").counts.stored, 20u);
   const Session again = Open("again");
@@ -140,7 +141,7 @@ TEST_F(CameraTest, ATriggeredCameraTakesNoFrameThatNobodyWants) {
   EXPECT_EQ(status.counts.stored, 6u);
   EXPECT_EQ(status.counts.total(), 6u);
   EXPECT_EQ(Open().frames.back().info.sequence, 5u);
-  const auto replay = OpenCamera("replay:" + session().string());
+  const auto replay = OpenAnyCamera("replay:" + session().string());
   EXPECT_THROW(replay->UseSoftwareTrigger(), Error);
 }
 
@@ -229,8 +230,8 @@ TEST_F(CameraTest, PicturesByAngleAreAnInputWithTheSamePolarization) {
 }
 
 TEST_F(CameraTest, WrongCamerasAndFeaturesAreErrorsThatNameThem) {
-  EXPECT_THROW(OpenCamera("nikon"), Error);
-  EXPECT_THROW(OpenCamera("replay:" + (folder_ / "nowhere").string()), Error);
+  EXPECT_THROW(OpenAnyCamera("nikon"), Error);
+  EXPECT_THROW(OpenAnyCamera("replay:" + (folder_ / "nowhere").string()), Error);
   const auto camera = SmallCamera();
   EXPECT_THROW(camera->Set("iso", "100"), Error);
   EXPECT_THROW(camera->Set("fps", "fast"), Error);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Our GigE Vision camera over real UDP on the loopback interface, with Aravis as the client: the frames that
 // arrive are those that were sent, whatever happens on the way, or are counted.
-#include "acquisition/gige/gige_server.h"
+#include "simulation/gige/gige_server.h"
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
@@ -14,11 +14,11 @@
 #include <thread>
 
 #include "acquisition/camera/aravis_camera.h"
-#include "acquisition/camera/simulated_camera.h"
 #include "acquisition/capture.h"
-#include "acquisition/gige/packets.h"
 #include "core/descriptor.h"
 #include "session_helpers.h"
+#include "simulation/gige/packets.h"
+#include "simulation/simulated_camera.h"
 
 namespace polarscan::test {
 namespace {

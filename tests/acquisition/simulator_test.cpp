@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/simulator.h"
+#include "simulation/simulator.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -10,11 +10,11 @@
 #include <numbers>
 #include <sstream>
 
-#include "acquisition/scene_implicit.h"
-#include "acquisition/scene_shapes.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/image_io.h"
+#include "simulation/scene_implicit.h"
+#include "simulation/scene_shapes.h"
 
 namespace polarscan {
 namespace {

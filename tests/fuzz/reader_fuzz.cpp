@@ -10,8 +10,6 @@
 #include <iostream>
 
 #include "../apps/toy_scan.h"
-#include "acquisition/gige/gige_server.h"
-#include "acquisition/gige/packets.h"
 #include "acquisition/input.h"
 #include "apps/check_files.h"
 #include "apps/scan.h"
@@ -21,6 +19,8 @@
 #include "core/mesh.h"
 #include "core/random.h"
 #include "fusion/mesh_files.h"
+#include "simulation/gige/gige_server.h"
+#include "simulation/gige/packets.h"
 #include "stereo/sfm/model.h"
 
 using namespace polarscan;

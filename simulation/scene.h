@@ -4,9 +4,9 @@
 #include <filesystem>
 #include <string>
 
-#include "acquisition/scene_light.h"
-#include "acquisition/scene_texture.h"
 #include "core/mesh.h"
+#include "simulation/scene_light.h"
+#include "simulation/scene_texture.h"
 
 namespace polarscan {
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/scene_light.h"
+#include "simulation/scene_light.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "acquisition/scene_texture.h"
 #include "core/error.h"
 #include "core/parallel.h"
+#include "simulation/scene_texture.h"
 
 namespace polarscan {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "acquisition/camera/camera.h"
-#include "acquisition/simulator.h"
+#include "simulation/simulator.h"
 
 namespace polarscan {
 

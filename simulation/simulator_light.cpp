@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/simulator_light.h"
+#include "simulation/simulator_light.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/scene.h"
+#include "simulation/scene.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "acquisition/scene_shapes.h"
 #include "core/error.h"
 #include "core/random.h"
+#include "simulation/scene_shapes.h"
 
 namespace polarscan {
 namespace {

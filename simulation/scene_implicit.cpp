@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/scene_implicit.h"
+#include "simulation/scene_implicit.h"
 
 #include <algorithm>
 #include <cmath>

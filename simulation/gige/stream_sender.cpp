@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/gige/stream_sender.h"
+#include "simulation/gige/stream_sender.h"
 
 #include <sys/socket.h>
 

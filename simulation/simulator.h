@@ -5,12 +5,12 @@
 #include <optional>
 #include <string>
 
-#include "acquisition/scene.h"
-#include "acquisition/simulator_light.h"
-#include "acquisition/simulator_sensor.h"
-#include "acquisition/simulator_views.h"
 #include "core/options.h"
 #include "core/progress.h"
+#include "simulation/scene.h"
+#include "simulation/simulator_light.h"
+#include "simulation/simulator_sensor.h"
+#include "simulation/simulator_views.h"
 
 namespace polarscan {
 

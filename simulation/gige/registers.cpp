@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/gige/registers.h"
+#include "simulation/gige/registers.h"
 
 #include <fmt/format.h>
 

@@ -7,10 +7,10 @@
 #include <memory>
 #include <mutex>
 
-#include "acquisition/gige/gige_server.h"
-#include "acquisition/gige/packets.h"
 #include "core/descriptor.h"
 #include "core/random.h"
+#include "simulation/gige/gige_server.h"
+#include "simulation/gige/packets.h"
 
 namespace polarscan {
 

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "acquisition/simulator.h"
 #include "core/parallel.h"
+#include "simulation/simulator.h"
 
 namespace polarscan {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/gige/packets.h"
+#include "simulation/gige/packets.h"
 
 #include <map>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/camera/simulated_camera.h"
+#include "simulation/simulated_camera.h"
 
 #include <fmt/format.h>
 

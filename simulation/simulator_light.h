@@ -2,10 +2,10 @@
 #pragma once
 #include <vector>
 
-#include "acquisition/scene.h"
-#include "acquisition/simulator_optics.h"
 #include "core/mesh.h"
 #include "core/progress.h"
+#include "simulation/scene.h"
+#include "simulation/simulator_optics.h"
 
 namespace polarscan {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/simulator_sensor.h"
+#include "simulation/simulator_sensor.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "acquisition/gige/packets.h"
+#include "simulation/gige/packets.h"
 
 namespace polarscan {
 

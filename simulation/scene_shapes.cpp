@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/scene_shapes.h"
+#include "simulation/scene_shapes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,8 +7,8 @@
 #include <limits>
 #include <numbers>
 
-#include "acquisition/scene_implicit.h"
 #include "core/error.h"
+#include "simulation/scene_implicit.h"
 
 namespace polarscan {
 namespace {

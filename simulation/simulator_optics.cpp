@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/simulator_optics.h"
+#include "simulation/simulator_optics.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

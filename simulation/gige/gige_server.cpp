@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/gige/gige_server.h"
+#include "simulation/gige/gige_server.h"
 
 #include <arpa/inet.h>
 #include <ifaddrs.h>
@@ -12,11 +12,11 @@
 #include <set>
 #include <thread>
 
-#include "acquisition/gige/registers.h"
-#include "acquisition/gige/stream_sender.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "demosaic/pixel_format.h"
+#include "simulation/gige/registers.h"
+#include "simulation/gige/stream_sender.h"
 
 namespace polarscan {
 namespace {

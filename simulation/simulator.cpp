@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/simulator.h"
+#include "simulation/simulator.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "acquisition/scene_shapes.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/image_io.h"
+#include "simulation/scene_shapes.h"
 
 namespace polarscan {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/scene_texture.h"
+#include "simulation/scene_texture.h"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/simulator_views.h"
+#include "simulation/simulator_views.h"
 
 #include <fmt/format.h>
 
