@@ -10,7 +10,7 @@
 #include <optional>
 #include <thread>
 
-#include "acquisition/input.h"
+#include "acquisition/input/input.h"
 #include "acquisition/session/session_writer.h"
 #include "apps/capture_screen.h"
 #include "apps/command.h"

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <system_error>
 
-#include "acquisition/input_options.h"
+#include "acquisition/input/options.h"
 #include "acquisition/live_view.h"
 #include "demosaic/pixel_format.h"
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "acquisition/input_stokes.h"
+#include "acquisition/input/stokes.h"
 #include "core/error.h"
 #include "core/exr.h"
 #include "core/files.h"

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "acquisition/input_masks.h"
+#include "acquisition/input/masks.h"
 #include "apps/check_files.h"
 #include "apps/stages.h"
 #include "core/error.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "acquisition/input_forms.h"
+#include "acquisition/input/forms.h"
 #include "apps/command.h"
 #include "apps/views.h"
 #include "core/error.h"

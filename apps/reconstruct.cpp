@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "acquisition/input_masks.h"
+#include "acquisition/input/masks.h"
 #include "apps/stages.h"
 #include "core/error.h"
 #include "core/files.h"

@@ -11,8 +11,8 @@
 #include <mutex>
 #include <set>
 
-#include "acquisition/input_files.h"
-#include "acquisition/input_masks.h"
+#include "acquisition/input/files.h"
+#include "acquisition/input/masks.h"
 #include "apps/view_pictures.h"
 #include "apps/view_store.h"
 #include "core/files.h"

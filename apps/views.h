@@ -2,7 +2,7 @@
 #pragma once
 #include <filesystem>
 
-#include "acquisition/input.h"
+#include "acquisition/input/input.h"
 #include "core/progress.h"
 #include "demosaic/method.h"
 #include "demosaic/polar_view.h"

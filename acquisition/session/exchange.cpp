@@ -8,7 +8,7 @@
 #include <map>
 
 #include "acquisition/camera/camera.h"
-#include "acquisition/input_masks.h"
+#include "acquisition/input/masks.h"
 #include "acquisition/session/session_views.h"
 #include "acquisition/session/session_writer.h"
 #include "core/error.h"

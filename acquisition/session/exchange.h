@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "acquisition/input.h"
+#include "acquisition/input/input.h"
 #include "acquisition/session/session_reader.h"
 #include "core/progress.h"
 #include "demosaic/method.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "acquisition/capture.h"
-#include "acquisition/input.h"
+#include "acquisition/input/input.h"
 #include "acquisition/session/exchange.h"
 #include "acquisition/session/session_views.h"
 #include "core/error.h"

@@ -5,7 +5,7 @@
 
 #include <cstring>
 
-#include "acquisition/input.h"
+#include "acquisition/input/input.h"
 #include "core/error.h"
 #include "core/files.h"
 

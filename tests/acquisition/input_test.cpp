@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/input.h"
+#include "acquisition/input/input.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

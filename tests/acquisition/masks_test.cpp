@@ -6,7 +6,7 @@
 
 #include <fstream>
 
-#include "acquisition/input_masks.h"
+#include "acquisition/input/masks.h"
 #include "acquisition/session/exchange.h"
 #include "core/error.h"
 #include "core/files.h"

@@ -10,7 +10,7 @@
 #include <iostream>
 
 #include "../apps/toy_scan.h"
-#include "acquisition/input.h"
+#include "acquisition/input/input.h"
 #include "apps/check_files.h"
 #include "apps/scan.h"
 #include "core/error.h"

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/input_forms.h"
+#include "acquisition/input/forms.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 
-#include "acquisition/input_angles.h"
-#include "acquisition/input_files.h"
-#include "acquisition/input_untaken.h"
+#include "acquisition/input/angles.h"
+#include "acquisition/input/files.h"
+#include "acquisition/input/untaken.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/tiff_pages.h"

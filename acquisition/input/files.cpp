@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/input_files.h"
+#include "acquisition/input/files.h"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 #include <set>
 #include <vector>
 
-#include "acquisition/input_angles.h"
+#include "acquisition/input/angles.h"
 #include "core/error.h"
 #include "core/image_io.h"
 #include "core/view_name.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/input_masks.h"
+#include "acquisition/input/masks.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <map>
 #include <set>
 
-#include "acquisition/input_files.h"
+#include "acquisition/input/files.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/picture_tags.h"

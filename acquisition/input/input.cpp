@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/input.h"
+#include "acquisition/input/input.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <set>
 
-#include "acquisition/input_angles.h"
-#include "acquisition/input_forms.h"
-#include "acquisition/input_masks.h"
-#include "acquisition/input_options.h"
-#include "acquisition/input_shot.h"
-#include "acquisition/input_untaken.h"
+#include "acquisition/input/angles.h"
+#include "acquisition/input/forms.h"
+#include "acquisition/input/masks.h"
+#include "acquisition/input/options.h"
+#include "acquisition/input/shot.h"
+#include "acquisition/input/untaken.h"
 #include "acquisition/session/session_views.h"
 #include "core/error.h"
 #include "core/files.h"

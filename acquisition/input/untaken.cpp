@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/input_untaken.h"
+#include "acquisition/input/untaken.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -8,7 +8,7 @@
 #include <map>
 #include <set>
 
-#include "acquisition/input_files.h"
+#include "acquisition/input/files.h"
 #include "core/error.h"
 #include "core/exr.h"
 #include "core/picture_header.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/input_stokes.h"
+#include "acquisition/input/stokes.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -7,7 +7,7 @@
 #include <array>
 #include <map>
 
-#include "acquisition/input_files.h"
+#include "acquisition/input/files.h"
 #include "core/error.h"
 #include "core/exr.h"
 #include "core/tiff_pages.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/input_options.h"
+#include "acquisition/input/options.h"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "acquisition/input.h"
+#include "acquisition/input/input.h"
 
 namespace polarscan {
 

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "acquisition/input_files.h"
+#include "acquisition/input/files.h"
 
 namespace polarscan {
 

@@ -3,11 +3,11 @@
 
 #include <algorithm>
 
-#include "acquisition/input_angles.h"
-#include "acquisition/input_files.h"
-#include "acquisition/input_forms.h"
-#include "acquisition/input_stokes.h"
-#include "acquisition/input_untaken.h"
+#include "acquisition/input/angles.h"
+#include "acquisition/input/files.h"
+#include "acquisition/input/forms.h"
+#include "acquisition/input/stokes.h"
+#include "acquisition/input/untaken.h"
 #include "core/error.h"
 #include "core/exr.h"
 #include "core/files.h"
