@@ -13,7 +13,7 @@
 #include "core/files.h"
 #include "core/image_io.h"
 #include "demosaic/calibration/calibration.h"
-#include "stereo/sfm/colmap_workspace.h"
+#include "stereo/dense/colmap_workspace.h"
 
 namespace polarscan {
 namespace {

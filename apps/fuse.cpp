@@ -4,7 +4,7 @@
 #include "apps/stages.h"
 #include "core/files.h"
 #include "fusion/cloud.h"
-#include "stereo/sfm/colmap_workspace.h"
+#include "stereo/dense/colmap_workspace.h"
 
 namespace polarscan {
 namespace {

@@ -12,9 +12,9 @@
 #include "demosaic/layout.h"
 #include "fusion/aop_check.h"
 #include "fusion/surface_maps.h"
+#include "stereo/workspace.h"
 #include "stereo/sfm/known_poses.h"
 #include "stereo/sfm/verdict.h"
-#include "stereo/workspace.h"
 
 namespace polarscan {
 namespace fs = std::filesystem;

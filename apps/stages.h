@@ -6,9 +6,9 @@
 #include "demosaic/method.h"
 #include "fusion/fuse.h"
 #include "fusion/meshing.h"
+#include "stereo/dense/undistort.h"
 #include "stereo/polarpms/stereo.h"
 #include "stereo/sfm/sfm.h"
-#include "stereo/sfm/undistort.h"
 
 namespace polarscan {
 

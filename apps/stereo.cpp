@@ -7,7 +7,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "fusion/surface_maps.h"
-#include "stereo/sfm/colmap_workspace.h"
+#include "stereo/dense/colmap_workspace.h"
 #include "stereo/workspace.h"
 
 namespace polarscan {

@@ -14,7 +14,7 @@
 #include "core/parallel.h"
 #include "fusion/fuse.h"
 #include "fusion/surface_maps.h"
-#include "stereo/polarpms/crop.h"
+#include "stereo/dense/crop.h"
 #include "stereo/polarpms/done_list.h"
 #include "stereo/polarpms/stage_inputs.h"
 #include "tests/fusion/sphere_scene.h"

@@ -12,8 +12,8 @@
 
 #include "bench/timing.h"
 #include "core/random.h"
-#include "stereo/polarpms/ncc.h"
-#include "stereo/rounds/aop_table.h"
+#include "stereo/costs/aop_table.h"
+#include "stereo/costs/ncc.h"
 #include "stereo/rounds/band_rows.h"
 
 namespace polarscan::bench {

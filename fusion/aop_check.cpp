@@ -16,7 +16,7 @@
 #include "core/random.h"
 #include "fusion/maps.h"
 #include "stereo/map_io.h"
-#include "stereo/polarpms/view.h"
+#include "stereo/costs/view.h"
 
 namespace polarscan {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "core/mesh.h"
 #include "core/progress.h"
-#include "stereo/rounds/aop_table.h"
+#include "stereo/costs/aop_table.h"
 #include "stereo/workspace.h"
 
 namespace polarscan {
@@ -17,7 +17,7 @@ std::vector<std::vector<bool>> VisibleVertices(const TriangleMesh& mesh, const W
                                                Progress& progress);
 
 // What the AoP of all views says about each vertex's normal, world frame (AopConstraint,
-// stereo/polarpms/hypotheses.h). 14 bytes for each view that sees a vertex, of at most kMost; of more those
+// stereo/costs/hypotheses.h). 14 bytes for each view that sees a vertex, of at most kMost; of more those
 // of the largest weight are kept.
 class VertexConstraints {
  public:

@@ -14,7 +14,8 @@
 #include "fusion/silhouettes.h"
 #include "fusion/simplify.h"
 #include "fusion/surface.h"
-#include "stereo/polarpms/view.h"
+#include "stereo/dense/load_view.h"
+#include "stereo/costs/view.h"
 
 namespace polarscan {
 namespace {
@@ -177,7 +178,7 @@ MeshSummary MakeMesh(const fs::path& cloud_ply, const fs::path& dense, const fs:
   MeshOptions helping = options;
   helping.refinement.polarization =
       options.refinement.polarization &&
-      AopTells(workspace, options.refinement.masks, options.refinement.aop_noise_deg);
+      AopIsInformative(workspace, options.refinement.masks, options.refinement.aop_noise_deg);
   MeshSummary summary;
   TriangleMesh mesh = MakeSurface(cloud, workspace, helping, summary, progress).mesh;
   if (options.faces > 0 && mesh.triangles.size() > std::size_t(options.faces))

@@ -8,8 +8,8 @@ namespace polarscan {
 
 // The views (indices into workspace.views, by place, then rising) that may see what `reference` sees: those
 // into whose picture most of a sample of its points falls, seen from the front, at most `limit` of them,
-// `reference` itself and views not in `usable` left out. places: of all views (stereo/workspace.h); a second
-// view of a place comes after all first ones.
+// `reference` itself and views not in `usable` left out. places: of all views (stereo/workspace.h); a
+// second view of a place comes after all first ones.
 std::vector<int> OverlappingViews(const Workspace& workspace, int reference, const ViewMaps& maps,
                                   const std::vector<bool>& usable, const std::vector<int>& places, int limit);
 

@@ -12,7 +12,7 @@
 #include "fusion/normal_fit.h"
 #include "fusion/photometric.h"
 #include "fusion/silhouettes.h"
-#include "stereo/rounds/aop_table.h"
+#include "stereo/costs/aop_table.h"
 
 namespace polarscan {
 namespace {

@@ -35,7 +35,7 @@ struct RefineCounts {
 
 // Moves the vertices along their normals until the surface's normals fit the AoP of all views that see them,
 // its outlines those of the masks, and it looks alike in all views. In each round every vertex gets the
-// robust quadratic form of its AoP samples (diffuse or specular, whichever fits: stereo/rounds/aop_table.h),
+// robust quadratic form of its AoP samples (diffuse or specular, whichever fits: stereo/costs/aop_table.h),
 // the pulls of the outlines (fusion/silhouettes.h) and of its looks (fusion/photometric.h), where its AoP say
 // little also a pull of its normal to that of its surroundings (the other two would leave ridges); then all
 // vertices move at once (fusion/normal_fit.h), held by where they were. The idea is that of Polarimetric MVIR

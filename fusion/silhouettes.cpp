@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/parallel.h"
-#include "stereo/polarpms/view.h"
+#include "stereo/costs/view.h"
 
 namespace polarscan {
 namespace {

@@ -18,13 +18,15 @@
 #include "fusion/mesh_topology.h"
 #include "fusion/meshing.h"
 #include "fusion/poisson.h"
+#include "core/cache.h"
+#include "stereo/dense/load_view.h"
+#include "stereo/dense/crop.h"
 #include "stereo/map_io.h"
-#include "stereo/polarpms/crop.h"
+#include "stereo/costs/view.h"
 #include "stereo/polarpms/done_list.h"
-#include "stereo/polarpms/filter.h"
 #include "stereo/polarpms/stage_inputs.h"
-#include "stereo/polarpms/view.h"
 #include "stereo/rounds/vote.h"
+#include "stereo/search/filter.h"
 
 namespace polarscan {
 namespace {
@@ -78,7 +80,7 @@ RefineOptions RefinementBy(const StereoOptions& options) {
 // asking two places for no more support than they can give.
 StereoOptions WithWhatHelps(const Workspace& workspace, StereoOptions options) {
   if (options.polarization && options.polarization_evidence == "noise" && workspace.polarized)
-    options.polarization = AopTells(workspace, options.masks, options.aop_noise_deg);
+    options.polarization = AopIsInformative(workspace, options.masks, options.aop_noise_deg);
   if (options.schedule != "checkerboard" || !CanRefine(workspace, RefinementBy(options)))
     options.surfaces = 0;
   const std::vector<int> places = Places(workspace.views);

@@ -15,7 +15,7 @@
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "stereo/map_io.h"
-#include "stereo/sfm/source_views.h"
+#include "stereo/dense/source_views.h"
 #include "stereo/workspace.h"
 
 namespace polarscan::python {

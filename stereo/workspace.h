@@ -29,8 +29,8 @@ struct PictureWindow {
 //   fusion.cfg views.json                    what COLMAP's files cannot hold: the cameras at pixel centres,
 //   depth ranges, sources
 // NAME is the input picture's stem. stereo/ holds other kinds of maps while it is made. A workspace that
-// COLMAP made (stereo/sfm/colmap_workspace.h) holds plain photos: no polar/, pictures of any kind and in any
-// folders below images/.
+// COLMAP made (stereo/dense/colmap_workspace.h) holds plain photos: no polar/, pictures of any kind and in
+// any folders below images/.
 struct DenseView {
   std::string name;  // of the picture without its extension
   Pinhole camera;    // pixel centres at integer + 0.5
@@ -38,7 +38,7 @@ struct DenseView {
   double depth_min = 0, depth_max = 0;    // of the object or scene, world units, > 0
   std::vector<int> sources;               // indices into Workspace::views, best first
   std::string picture{};                  // below images/; empty: NAME.png
-  std::optional<PictureWindow> window{};  // in memory only (stereo/polarpms/crop.h); none: the whole picture
+  std::optional<PictureWindow> window{};  // in memory only (stereo/dense/crop.h); none: the whole picture
 };
 
 // Kinds of maps: the result, and what each view made before all views were drawn together

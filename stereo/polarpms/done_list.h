@@ -4,8 +4,8 @@
 #include <string>
 
 #include "core/progress.h"
-#include "stereo/polarpms/shard.h"
 #include "stereo/workspace.h"
+#include "stereo/polarpms/shard.h"
 
 namespace polarscan {
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stereo/dense/load_view.h"
 #include "stereo/polarpms/multilevel.h"
 
 #include <fmt/format.h>
@@ -9,14 +10,14 @@
 #include <optional>
 
 #include "core/parallel.h"
-#include "stereo/polarpms/checkerboard.h"
-#include "stereo/polarpms/cost.h"
+#include "stereo/costs/cost.h"
+#include "stereo/dense/levels.h"
 #include "stereo/polarpms/done_list.h"
-#include "stereo/polarpms/filter.h"
-#include "stereo/polarpms/levels.h"
 #include "stereo/polarpms/stage_inputs.h"
 #include "stereo/rounds/round.h"
 #include "stereo/rounds/surface_matching.h"
+#include "stereo/search/checkerboard.h"
+#include "stereo/search/filter.h"
 
 namespace fs = std::filesystem;
 

@@ -3,10 +3,10 @@
 #include <cstdint>
 
 #include "core/progress.h"
-#include "stereo/polarpms/options.h"
+#include "stereo/workspace.h"
+#include "stereo/options.h"
 #include "stereo/polarpms/plan.h"
 #include "stereo/polarpms/shard.h"
-#include "stereo/workspace.h"
 
 namespace polarscan {
 

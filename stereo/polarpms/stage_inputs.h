@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stereo/polarpms/options.h"
-#include "stereo/polarpms/problem.h"
+#include "core/cache.h"
+#include "stereo/costs/problem.h"
+#include "stereo/options.h"
 
 namespace polarscan {
 

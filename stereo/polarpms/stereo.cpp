@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stereo/dense/load_view.h"
 #include "stereo/polarpms/stereo.h"
 
 #include <fmt/format.h>
 
 #include "core/files.h"
-#include "stereo/polarpms/crop.h"
+#include "stereo/costs/hull.h"
+#include "stereo/dense/crop.h"
+#include "stereo/dense/levels.h"
 #include "stereo/polarpms/done_list.h"
-#include "stereo/polarpms/filter.h"
-#include "stereo/polarpms/hull.h"
-#include "stereo/polarpms/levels.h"
 #include "stereo/polarpms/multilevel.h"
 #include "stereo/polarpms/stage_inputs.h"
-#include "stereo/polarpms/sweep.h"
+#include "stereo/search/filter.h"
+#include "stereo/search/sweep.h"
 
 namespace polarscan {
 namespace {

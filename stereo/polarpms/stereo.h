@@ -3,16 +3,16 @@
 #include <filesystem>
 
 #include "core/progress.h"
-#include "stereo/polarpms/options.h"
+#include "stereo/workspace.h"
+#include "stereo/options.h"
 #include "stereo/polarpms/plan.h"
 #include "stereo/polarpms/shard.h"
-#include "stereo/workspace.h"
 
 namespace polarscan {
 
-// PolarPMS over a dense workspace (stereo/workspace.h): a photometric pass over all views (F_pho + F_pol +
-// F_dep), then a geometric pass over all views that starts from those maps, adds F_geo and filters; or the
-// schedule of multilevel.h. Writes stereo/depth_maps/NAME.png.{photometric,geometric}.bin and
+// PolarPMS over a dense workspace (stereo/workspace.h): a photometric pass over all views (F_pho +
+// F_pol + F_dep), then a geometric pass over all views that starts from those maps, adds F_geo and filters;
+// or the schedule of multilevel.h. Writes stereo/depth_maps/NAME.png.{photometric,geometric}.bin and
 // stereo/normal_maps/...; with options.surfaces the last maps are kSeparateMaps, without a filter, for
 // fusion/surface_maps.h.
 // A view's maps are kept if they were made with the same inputs and options (stereo/done.json holds the

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/parallel.h"
-#include "stereo/rounds/aop_table.h"
+#include "stereo/costs/aop_table.h"
 
 namespace polarscan {
 namespace {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "core/image.h"
-#include "stereo/polarpms/options.h"
-#include "stereo/polarpms/problem.h"
+#include "stereo/costs/problem.h"
+#include "stereo/options.h"
 
 namespace polarscan {
 

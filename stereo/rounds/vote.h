@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "core/image.h"
-#include "stereo/polarpms/problem.h"
+#include "stereo/costs/problem.h"
 
 namespace polarscan {
 

@@ -6,8 +6,8 @@
 
 #include "core/camera.h"
 #include "core/similarity.h"
-#include "stereo/sfm/model.h"
 #include "stereo/workspace.h"
+#include "stereo/sfm/model.h"
 
 namespace polarscan {
 

@@ -17,8 +17,8 @@
 #include "fusion/mesh_files.h"
 #include "program.h"
 #include "stereo/map_io.h"
-#include "stereo/sfm/model.h"
 #include "stereo/workspace.h"
+#include "stereo/sfm/model.h"
 #include "toy_scan.h"
 
 namespace polarscan::test {

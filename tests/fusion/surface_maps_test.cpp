@@ -10,8 +10,8 @@
 #include "core/error.h"
 #include "core/random.h"
 #include "fusion/aop_check.h"
+#include "stereo/costs/view.h"
 #include "stereo/polarpms/done_list.h"
-#include "stereo/polarpms/view.h"
 #include "tests/fusion/sphere_scene.h"
 
 namespace polarscan {
@@ -151,7 +151,7 @@ TEST_F(SurfaceMaps, PolarizationThatIsNothingButNoiseIsLeftOut) {
   std::string bytes[2];
   for (const bool polarization : {false, true}) {
     WriteSphere(workspace_, AddNoise, kSeparateMaps);
-    EXPECT_TRUE(AopTells(workspace_, true));
+    EXPECT_TRUE(AopIsInformative(workspace_, true));
     Random random(5);
     for (int view = 0; view < 18; ++view) {
       StokesImage stokes = ReadStokes(workspace_.StokesPath(view));
@@ -159,7 +159,7 @@ TEST_F(SurfaceMaps, PolarizationThatIsNothingButNoiseIsLeftOut) {
         for (float& value : part->pixels()) value = 0.01f * float(random.Normal());  // as `noise` says
       WriteStokes(workspace_.StokesPath(view), stokes);
     }
-    EXPECT_FALSE(AopTells(workspace_, true));
+    EXPECT_FALSE(AopIsInformative(workspace_, true));
     ListSeparateMaps();  // as made without polarization
     options_.polarization = polarization;
     EstimateMaps(folder_.path(), options_, listener_);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/polarpms/cost.h"
+#include "stereo/costs/cost.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <numbers>
 
 #include "core/random.h"
-#include "stereo/polarpms/hypotheses.h"
-#include "stereo/polarpms/selection.h"
+#include "stereo/costs/hypotheses.h"
+#include "stereo/search/selection.h"
 
 namespace polarscan {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/polarpms/crop.h"
+#include "stereo/dense/crop.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

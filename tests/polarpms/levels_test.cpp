@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/polarpms/levels.h"
+#include "stereo/dense/levels.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/polarpms/ncc.h"
+#include "stereo/costs/ncc.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "core/random.h"
-#include "stereo/polarpms/problem.h"
+#include "stereo/costs/problem.h"
 
 namespace polarscan {
 namespace {

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "core/random.h"
-#include "stereo/rounds/aop_table.h"
+#include "stereo/costs/aop_table.h"
 #include "stereo/rounds/band_rows.h"
 #include "stereo/rounds/integrate.h"
 #include "stereo/rounds/normals.h"

@@ -14,10 +14,10 @@
 
 #include "core/files.h"
 #include "core/image_io.h"
+#include "stereo/costs/hull.h"
 #include "stereo/map_io.h"
-#include "stereo/polarpms/filter.h"
-#include "stereo/polarpms/hull.h"
 #include "stereo/workspace.h"
+#include "stereo/search/filter.h"
 
 namespace polarscan {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/sfm/dense_export.h"
+#include "stereo/dense/dense_export.h"
 
 #include "core/ply.h"
 #include "helpers.h"

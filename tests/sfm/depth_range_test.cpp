@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/sfm/depth_range.h"
+#include "stereo/dense/depth_range.h"
 
 #include "core/mesh.h"
 #include "helpers.h"

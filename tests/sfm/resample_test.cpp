@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/sfm/resample.h"
+#include "stereo/dense/resample.h"
 
 #include <limits>
 
 #include "core/random.h"
 #include "demosaic/polar_view.h"
 #include "helpers.h"
-#include "stereo/sfm/undistort.h"
+#include "stereo/dense/undistort.h"
 
 namespace polarscan {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/sfm/source_views.h"
+#include "stereo/dense/source_views.h"
 
 #include <algorithm>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/sfm/undistort.h"
+#include "stereo/dense/undistort.h"
 
 #include "helpers.h"
 

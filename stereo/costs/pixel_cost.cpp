@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/costs/pixel_cost.h"
+
+#include "stereo/costs/hull.h"
+
+namespace polarscan {
+
+PixelCost::PixelCost(const Problem& problem, const StereoOptions& options)
+    : problem_(problem),
+      options_(options),
+      window_(MakeWindow(options.window_radius, options.window_step, options.window_corners)),
+      reader_(window_, options.sigma_color),
+      residual_(options),
+      sources_(problem.sources.size()),
+      geometric_(!problem.sources.empty() && problem.sources[0].map != nullptr),
+      polarized_(!problem.reference->polar.empty()),
+      depth_normal_(options.depth_normal && options.depth_normal_weight > 0),
+      silhouettes_(options.silhouettes),
+      normalised_polarization_(options.polarization_evidence == "dop") {}
+
+void PixelCost::Place(int x, int y, PixelContext& pixel) const {
+  pixel.x = x, pixel.y = y, pixel.ray = problem_.Ray(x, y);
+  for (std::size_t s = 0; s < sources_; ++s) pixel.turned_rays[s] = problem_.sources[s].rotation * pixel.ray;
+  reader_.Read(problem_.reference->gray, problem_.reference->mask, x, y, pixel.patch);
+}
+
+float PixelCost::Match(const PixelContext& pixel, const Hypothesis& hypothesis, std::size_t source) const {
+  const Source& s = problem_.sources[source];
+  const Warp warp =
+      PlaneWarp(problem_.reference->camera, s, pixel.ray, pixel.turned_rays[source], hypothesis);
+  return MatchingCostSimd(window_, pixel.patch, warp, s.view->packed, float(options_.ncc_epsilon));
+}
+
+Eigen::Vector3f PixelCost::ClosedFormNormal(const PixelContext& pixel, const Hypothesis& start,
+                                            AopLabels labels) const {
+  std::array<AopConstraint, kMaxSources + 1> constraints;
+  std::size_t count = 0;
+  const PolarSample& own = problem_.reference->polar(pixel.x, pixel.y);
+  if (own.weight > 0) constraints[count++] = MakeAopConstraint(own, pixel.ray.x(), pixel.ray.y());
+  for (const PixelContext::Chosen& chosen : pixel.Sources()) {
+    const Source& source = problem_.sources[chosen.source];
+    const Seen seen = Look(pixel, chosen.source, start.depth);
+    if (!seen.inside()) continue;
+    constraints[count++] = MakeAopConstraint(source, source.view->polar(seen.u, seen.v), seen);
+  }
+  return NormalFromAop({constraints.data(), count}, labels, start.normal, pixel.ray);
+}
+
+float PixelCost::PolarizationTerm(const PixelContext& pixel, const Hypothesis& hypothesis,
+                                  const SeenBy& seen) const {  // F_pol, eq. (6)
+  PolarimetricCost cost(normalised_polarization_);
+  const PolarSample& own = problem_.reference->polar(pixel.x, pixel.y);
+  cost.Add(own, residual_(own, hypothesis.normal, pixel.ray.x(), pixel.ray.y()), 1);
+  for (const PixelContext::Chosen& chosen : pixel.Sources()) {
+    const Seen& there = seen[chosen.source];
+    if (!there.inside()) continue;
+    const Source& source = problem_.sources[chosen.source];
+    const PolarSample& sample = source.view->polar(there.u, there.v);
+    const Eigen::Vector3f normal = source.rotation * hypothesis.normal;
+    cost.Add(sample, residual_(sample, normal, there.x, there.y), chosen.count);
+  }
+  return cost.Value();
+}
+
+float PixelCost::DepthNormalTerm(const PixelContext& pixel,
+                                 const Hypothesis& hypothesis) const {  // F_dep, eq. (9)
+  const Neighbour& beside = pixel.neighbours[pixel.neighbours[2].estimate.depth > 0 ? 2 : 3];
+  return DepthNormalAngle(hypothesis, pixel.ray, pixel.neighbours[0], beside);
+}
+
+bool PixelCost::OutsideHull(const SeenBy& seen) const {
+  for (std::size_t s = 0; s < sources_; ++s)
+    if (OutsideSilhouette(problem_.sources[s], seen[s])) return true;
+  return false;
+}
+
+float PixelCost::Total(const PixelContext& pixel, const Hypothesis& hypothesis, const float* known,
+                       float bound) const {
+  float cost = 0;
+  if (depth_normal_) cost += float(options_.depth_normal_weight) * DepthNormalTerm(pixel, hypothesis);
+  if (cost >= bound) return cost;
+  SeenBy seen;
+  if (silhouettes_)
+    for (std::size_t s = 0; s < sources_; ++s) seen[s] = Look(pixel, s, hypothesis.depth);
+  else if (polarized_ || geometric_)
+    for (const PixelContext::Chosen& d : pixel.Sources())
+      seen[d.source] = Look(pixel, d.source, hypothesis.depth);
+  if (silhouettes_ && OutsideHull(seen)) cost += 1;
+  if (polarized_) cost += float(options_.polarization_weight) * PolarizationTerm(pixel, hypothesis, seen);
+  if (geometric_)
+    for (const PixelContext::Chosen& d : pixel.Sources())
+      cost += d.share * float(options_.geometric_weight) * 0.5f *
+              GeometricError(problem_.reference->camera, problem_.sources[d.source], seen[d.source],
+                             pixel.ray, float(options_.geometric_max_px));
+  const float photometric_weight =
+      geometric_ ? 1 + float(options_.geometric_weight) : 1;  // F_pho + tau_geo F_geo
+  for (const PixelContext::Chosen& d : pixel.Sources()) {
+    if (cost >= bound) break;
+    cost += d.share * photometric_weight * (known ? known[d.source] : Match(pixel, hypothesis, d.source));
+  }
+  return cost;
+}
+
+}  // namespace polarscan

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "core/progress.h"
+#include "stereo/dense/depth_range.h"
+#include "stereo/workspace.h"
+#include "stereo/sfm/model.h"
+
+namespace polarscan {
+
+// Leaves out views that show what one before them shows from the same place (SamePlace): together they know
+// no more. Says which. Their depth ranges are not read.
+void LeaveOutCopies(const SparseModel& model, Workspace& workspace, Progress& progress);
+
+// Sets the sources and depth ranges of all views from their poses, the model's points and the masks (as many
+// as views, empty where there is none). Warns of views that no other view goes with, and of
+// those from one place.
+void ChooseSourcesAndDepths(const SparseModel& model, const std::vector<CoarseMask>& masks,
+                            Workspace& workspace, Progress& progress);
+
+}  // namespace polarscan

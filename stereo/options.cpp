@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/options.h"
+
+#include "core/error.h"
+
+namespace polarscan {
+
+StereoOptions StereoPreset(const std::string& name) {
+  StereoOptions options;
+  options.preset = name;
+  if (name == "default") return options;
+  if (name == "fast") {
+    options.refinements = 1;
+    options.surfaces = 1;
+    options.sources = 8;
+    return options;
+  }
+  if (name == "best") {
+    options.refinements = 4;
+    options.surface_change_px = 0;
+    options.sources = 16;
+    options.vote_views = 32;
+    return options;
+  }
+  if (name != "paper") throw Error("no such preset", name, "Choose one of: fast, default, best, paper");
+  options.schedule = "sequential";
+  options.photometric_iterations = 3;
+  options.sources = 10;
+  options.surfaces = 0;
+  options.geometric_iterations = 2;
+  options.warm_geometric_pass = false;
+  options.window_corners = true;
+  options.polarization_weight = 4.0;
+  options.depth_normal_weight = 0.4;
+  options.polarization_evidence = "dop";
+  options.polarization_residual = "exponential";
+  options.closed_form_normals = false;
+  options.silhouettes = false;
+  options.depth_perturbation = 1.0;
+  options.filter_min_ncc = 0.1;
+  options.filter_min_consistent = 2;
+  return options;
+}
+
+OptionTable Table(StereoOptions& o) {
+  return {
+      {"preset",
+       &o.preset,
+       "paper: as published; default: the paper's method with the cures that measurements asked for; fast, "
+       "best: "
+       "the same with fewer or more source views and refinements",
+       "",
+       0,
+       0,
+       {"fast", "default", "best", "paper"}},
+      {"polarization", &o.polarization, "use the polarimetric consistency, eq. (6)"},
+      {"depth-normal", &o.depth_normal, "use the depth-normal consistency, eq. (9)"},
+      {"masks", &o.masks, "estimate only inside the masks"},
+      {"filter", &o.filter, "drop unreliable pixels at the end (off: every pixel keeps its estimate)"},
+      {"seed", &o.seed, "random numbers; the same seed gives the same bytes", "", 0, 2147483647},
+      {"views", &o.views,
+       "only the views with these names, separated by commas; * and ? as in a shell: 0*,left/1?; "
+       "the others have no maps then"},
+      {"schedule",
+       &o.schedule,
+       "sequential: four sweeps an iteration, a photometric and a geometric pass, as published; "
+       "checkerboard: "
+       "coarse to fine, with rounds across views",
+       "",
+       0,
+       0,
+       {"sequential", "checkerboard"}},
+      {"levels", &o.levels,
+       "checkerboard: most picture sizes, each twice the one before; fewer for small objects", "", 1, 6},
+      {"search-levels", &o.search_levels,
+       "checkerboard: coarsest sizes with a search; finer ones only refine what was found", "", 1, 6},
+      {"refinements", &o.refinements,
+       "checkerboard: at each finer size, matchings of the whole surface, a round across views after each",
+       "", 0, 10},
+      {"surfaces", &o.surfaces,
+       "checkerboard: times at most that, at the end, all views' maps become one surface, "
+       "which AoP and outlines refine, and take their depths and normals from it; 0: they stay separate",
+       "", 0, 10},
+      {"surface-change", &o.surface_change_px,
+       "the next surface is made if the last one moved the depths by as much in the mean; 0: always", "px", 0,
+       1000},
+      {"rounds", &o.rounds, "checkerboard: rounds across views at the coarsest level; 0: none at any", "", 0,
+       10},
+      {"chosen-sources", &o.chosen_sources, "checkerboard: source views that decide at a pixel", "", 1, 32},
+      {"photometric-iterations", &o.photometric_iterations,
+       "iterations of the first pass (of four sweeps each), or of the coarsest level", "", 1, 100},
+      {"geometric-iterations", &o.geometric_iterations,
+       "iterations of the pass that compares views' maps, or of each finer level; 0: none", "", 0, 100},
+      {"warm-geometric-pass", &o.warm_geometric_pass,
+       "the second pass only refines: random depths within 1 %, perturbations from a quarter on"},
+      {"sources", &o.sources, "source views a reference view may use: more is slower and more complete", "",
+       1, 32},
+      {"samples", &o.samples, "sequential: source views drawn for each pixel: more is slower and steadier",
+       "", 1, 64},
+      {"window-radius", &o.window_radius, "matching window: larger is smoother and loses detail", "px", 1,
+       10},
+      {"window-step", &o.window_step, "distance of the window's samples: 2 is four times as fast as 1", "px",
+       1, 4},
+      {"window-corners", &o.window_corners, "a square window; else its corners are left out"},
+      {"sigma-color", &o.sigma_color,
+       "how different a sample may look and still count (bilateral weight, grey in 0..1)", "", 0.01, 10},
+      {"ncc-sigma", &o.ncc_sigma, "spread of 1 - NCC for a source that sees the point", "", 0.01, 10},
+      {"ncc-epsilon", &o.ncc_epsilon, "added to each variance: flat patches match flat patches", "", 0, 1},
+      {"incident-angle-sigma", &o.incident_angle_sigma, "spread of the prior on the angle of incidence", "",
+       0.01, 10},
+      {"min-triangulation-angle", &o.min_triangulation_angle_deg,
+       "below it a source is less likely to be used", "deg", 0, 90},
+      {"geometric-weight", &o.geometric_weight, "tau_geo of eq. (2)", "", 0, 100},
+      {"geometric-max", &o.geometric_max_px, "cap of the forward-backward error, psi_max", "px", 0.1, 100},
+      {"polarization-weight", &o.polarization_weight, "tau_pol of eq. (2)", "", 0, 100},
+      {"depth-normal-weight", &o.depth_normal_weight,
+       "tau_dep of eq. (2); 0: only rounds across views use it", "", 0, 100},
+      {"polarization-evidence",
+       &o.polarization_evidence,
+       "dop: weight by eq. (8), normalised; noise: weight by the AoP's noise, weak evidence fades",
+       "",
+       0,
+       0,
+       {"dop", "noise"}},
+      {"dop-saturation", &o.dop_saturation, "rho_0 of eq. (8)", "", 1e-6, 1},
+      {"aop-noise", &o.aop_noise_deg, "AoP noise at which evidence counts half", "deg", 0.01, 90},
+      {"polarization-residual",
+       &o.polarization_residual,
+       "exponential: delta of Polarimetric MVIR; sine: sin^2(2 eta)",
+       "",
+       0,
+       0,
+       {"exponential", "sine"}},
+      {"residual-steepness", &o.residual_steepness, "k of the exponential delta", "", 0.001, 20},
+      {"closed-form-normals", &o.closed_form_normals,
+       "add hypotheses whose normal follows from the AoP of several views"},
+      {"silhouettes", &o.silhouettes,
+       "start inside the masks' visual hull and charge points outside of a source's mask"},
+      {"silhouette-margin", &o.silhouette_margin_px, "masks are widened by this for the silhouettes", "px", 0,
+       100},
+      {"depth-perturbation", &o.depth_perturbation, "largest relative change of a perturbed depth", "", 1e-6,
+       1},
+      {"vote-sigma", &o.vote_sigma,
+       "rounds: how near depths must be to support each other (share of the depth)", "", 1e-5, 0.1},
+      {"vote-trust", &o.vote_trust,
+       "rounds, views without a mask: a nearer surface also needs only this times the weight of the views "
+       "that see through it; 0: no",
+       "", 0, 100},
+      {"vote-support", &o.vote_support, "rounds: share of the best support that a nearer surface needs", "",
+       0, 1},
+      {"vote-angle", &o.vote_angle_deg, "rounds: views within this angle vote", "deg", 1, 180},
+      {"vote-views", &o.vote_views, "rounds: most views that vote", "", 1, 64},
+      {"matching-sources", &o.matching_sources,
+       "refinements: source views that decide at a pixel, those that fit best", "", 1, 32},
+      {"matching-window", &o.matching_window_px,
+       "refinements: matching window, standard deviation of its Gaussian weights", "px", 0.5, 10},
+      {"matching-smoothing", &o.matching_smoothing_px,
+       "refinements: a pixel moves with its surroundings on the same surface, Gaussian weights", "px", 0.5,
+       20},
+      {"round-turns", &o.round_turns, "rounds: turns of solving normals and integrating them", "", 1, 20},
+      {"integration-weight", &o.integration_weight,
+       "rounds: pull of a voted depth beside the normals' slopes", "", 1e-6, 10},
+      {"filter-min-dop", &o.filter_min_dop, "rho_t: enough polarization", "", 0, 1},
+      {"filter-min-variance", &o.filter_min_variance,
+       "lambda_t: enough texture, variance of 8-bit levels; one of the two is enough", "", 0, 65025},
+      {"filter-min-ncc", &o.filter_min_ncc, "a source counts if it sees the point about this well", "", -1,
+       1},
+      {"filter-min-triangulation-angle", &o.filter_min_triangulation_angle_deg,
+       "a source counts from this angle on", "deg", 0, 90},
+      {"filter-min-consistent", &o.filter_min_consistent, "sources that must agree", "", 0, 64},
+      {"filter-max-reprojection", &o.filter_max_reprojection_px,
+       "largest forward-backward error of an agreeing source", "px", 0, 100},
+      {"filter-min-support", &o.filter_min_support,
+       "after a round: views, weighted by their angle of incidence, that must support a depth", "", 0, 64},
+      {"cache", &o.cache_gb, "memory for pictures and maps of other views", "GB", 0.1, 1000},
+  };
+}
+
+}  // namespace polarscan
