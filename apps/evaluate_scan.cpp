@@ -14,7 +14,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "core/ply.h"
-#include "fusion/cloud.h"
+#include "fusion/cloud/cloud.h"
 #include "fusion/thresholds.h"
 #include "stereo/sfm/alignment.h"
 

@@ -8,7 +8,7 @@
 #include "apps/evaluation_plots.h"
 #include "core/files.h"
 #include "core/image_io.h"
-#include "fusion/cloud.h"
+#include "fusion/cloud/cloud.h"
 
 namespace fs = std::filesystem;
 

@@ -3,7 +3,7 @@
 
 #include "apps/stages.h"
 #include "core/files.h"
-#include "fusion/cloud.h"
+#include "fusion/cloud/cloud.h"
 #include "stereo/dense/colmap_workspace.h"
 
 namespace polarscan {

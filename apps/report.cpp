@@ -15,7 +15,7 @@
 #include "core/files.h"
 #include "core/image_io.h"
 #include "demosaic/false_colour.h"
-#include "fusion/fuse.h"
+#include "fusion/cloud/fuse.h"
 
 namespace fs = std::filesystem;
 using nlohmann::json;

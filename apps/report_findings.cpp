@@ -10,7 +10,7 @@
 
 #include "apps/report_cloud.h"
 #include "apps/report_util.h"
-#include "fusion/fuse.h"
+#include "fusion/cloud/fuse.h"
 
 namespace polarscan {
 namespace {

@@ -11,9 +11,9 @@
 #include "core/error.h"
 #include "core/mesh.h"
 #include "core/ply.h"
-#include "fusion/mesh_topology.h"
-#include "fusion/simplify.h"
-#include "fusion/surface.h"
+#include "fusion/surface/mesh_topology.h"
+#include "fusion/surface/simplify.h"
+#include "fusion/surface/surface.h"
 
 namespace polarscan {
 namespace {

@@ -10,7 +10,7 @@
 #include "core/files.h"
 #include "core/words.h"
 #include "demosaic/layout.h"
-#include "fusion/aop_check.h"
+#include "fusion/surface/aop_check.h"
 #include "fusion/surface_maps.h"
 #include "stereo/workspace.h"
 #include "stereo/sfm/known_poses.h"

@@ -12,7 +12,7 @@
 #include <numbers>
 
 #include "core/parallel.h"
-#include "fusion/fuse.h"
+#include "fusion/cloud/fuse.h"
 #include "fusion/surface_maps.h"
 #include "stereo/dense/crop.h"
 #include "stereo/polarpms/done_list.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fusion/aop_check.h"
+#include "fusion/surface/aop_check.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -14,7 +14,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/random.h"
-#include "fusion/maps.h"
+#include "fusion/cloud/maps.h"
 #include "stereo/map_io.h"
 #include "stereo/costs/view.h"
 

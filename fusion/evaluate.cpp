@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/error.h"
-#include "fusion/surface.h"
+#include "fusion/surface/surface.h"
 
 namespace polarscan {
 namespace {

@@ -9,7 +9,7 @@
 #include "core/parallel.h"
 #include "fusion/error_statistics.h"
 #include "fusion/evaluate.h"
-#include "fusion/surface.h"
+#include "fusion/surface/surface.h"
 #include "fusion/thresholds.h"
 
 namespace polarscan {

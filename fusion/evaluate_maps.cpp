@@ -10,7 +10,7 @@
 #include "core/parallel.h"
 #include "fusion/error_statistics.h"
 #include "fusion/evaluate.h"
-#include "fusion/maps.h"
+#include "fusion/cloud/maps.h"
 #include "fusion/thresholds.h"
 #include "stereo/map_io.h"
 

@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <vector>
 
-#include "fusion/cloud.h"
-#include "fusion/mesh_topology.h"
+#include "fusion/cloud/cloud.h"
+#include "fusion/surface/mesh_topology.h"
 
 namespace polarscan {
 
@@ -18,7 +18,7 @@ struct SurfaceMesh {
 
 // Writes the format that the file's name asks for; atomic. An offset is said in a comment (.glb: in the
 // node's extras).
-//   .ply  binary little-endian; the cloud's properties (fusion/cloud.h) and the faces
+//   .ply  binary little-endian; the cloud's properties (fusion/cloud/cloud.h) and the faces
 //   .obj  text; colours behind the coordinates, 0 to 1, as MeshLab and Blender read them
 //   .glb  binary glTF 2.0: one mesh with normals and linear colours (COLOR_0); axes and units are the world's
 //   .stl  binary; no colours and no unit: lengths are the world's

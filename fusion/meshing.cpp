@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fusion/meshing.h"
+#include "fusion/surface/meshing.h"
 
 #include <fmt/format.h>
 
@@ -7,13 +7,13 @@
 #include <utility>
 
 #include "core/error.h"
-#include "fusion/close_surface.h"
-#include "fusion/dress_mesh.h"
-#include "fusion/mesh_topology.h"
-#include "fusion/poisson.h"
-#include "fusion/silhouettes.h"
-#include "fusion/simplify.h"
-#include "fusion/surface.h"
+#include "fusion/surface/close_surface.h"
+#include "fusion/surface/dress_mesh.h"
+#include "fusion/surface/mesh_topology.h"
+#include "fusion/surface/poisson.h"
+#include "fusion/surface/silhouettes.h"
+#include "fusion/surface/simplify.h"
+#include "fusion/surface/surface.h"
 #include "stereo/dense/load_view.h"
 #include "stereo/costs/view.h"
 

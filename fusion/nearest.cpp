@@ -5,7 +5,7 @@
 #include <nanoflann.hpp>
 
 #include "core/parallel.h"
-#include "fusion/surface.h"
+#include "fusion/surface/surface.h"
 
 namespace polarscan {
 namespace {

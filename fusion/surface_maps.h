@@ -9,7 +9,7 @@ namespace polarscan {
 
 // EstimateDepths (stereo/polarpms/stereo.h) and its last step, done options.surfaces times: the separate
 // maps of all views are fused into a cloud, the cloud becomes one surface that the AoP of all views and the
-// masks' outlines refine (fusion/meshing.h), and each view's map takes its depths and normals from that
+// masks' outlines refine (fusion/surface/meshing.h), and each view's map takes its depths and normals from that
 // surface (Embree), interpolated between vertices. So each pixel knows what all pixels of all views know; the
 // next surface begins with those maps. A pixel keeps its own estimate where the surface has a hole; also, in
 // views without masks, where it is a membrane that no points bear out and the two depths differ.

@@ -7,7 +7,7 @@
 
 #include "core/files.h"
 #include "core/mesh.h"
-#include "fusion/cloud.h"
+#include "fusion/cloud/cloud.h"
 #include "program.h"
 #include "stereo/sfm/model.h"
 #include "toy_scan.h"

@@ -10,7 +10,7 @@
 #include "core/files.h"
 #include "core/image_io.h"
 #include "core/mesh.h"
-#include "fusion/cloud.h"
+#include "fusion/cloud/cloud.h"
 #include "program.h"
 #include "report_data.h"
 #include "stereo/map_io.h"

@@ -10,7 +10,7 @@
 #include "core/files.h"
 #include "core/image_io.h"
 #include "demosaic/stokes.h"
-#include "fusion/cloud.h"
+#include "fusion/cloud/cloud.h"
 #include "stereo/map_io.h"
 #include "stereo/workspace.h"
 

@@ -11,7 +11,7 @@
 #include "core/files.h"
 #include "core/image_io.h"
 #include "core/mesh.h"
-#include "fusion/cloud.h"
+#include "fusion/cloud/cloud.h"
 #include "program.h"
 #include "toy_scan.h"
 

@@ -4,9 +4,9 @@
 
 #include "core/process.h"
 #include "core/random.h"
-#include "fusion/cloud.h"
+#include "fusion/cloud/cloud.h"
 #include "fusion/evaluate.h"
-#include "fusion/fuse.h"
+#include "fusion/cloud/fuse.h"
 #include "tests/fusion/sphere_scene.h"
 
 namespace polarscan {

@@ -4,10 +4,10 @@
 #include <gtest/gtest.h>
 
 #include "core/random.h"
-#include "fusion/cloud.h"
+#include "fusion/cloud/cloud.h"
 #include "fusion/error_statistics.h"
-#include "fusion/fuse.h"
-#include "fusion/surface.h"
+#include "fusion/cloud/fuse.h"
+#include "fusion/surface/surface.h"
 #include "fusion/thresholds.h"
 #include "stereo/sfm/alignment.h"
 #include "tests/fusion/sphere_scene.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fusion/fuse.h"
+#include "fusion/cloud/fuse.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -10,8 +10,8 @@
 
 #include "core/ply.h"
 #include "core/random.h"
-#include "fusion/cloud.h"
-#include "fusion/overlap.h"
+#include "fusion/cloud/cloud.h"
+#include "fusion/cloud/overlap.h"
 #include "tests/fusion/sphere_scene.h"
 
 namespace polarscan {

@@ -6,12 +6,12 @@
 #include <sstream>
 
 #include "core/random.h"
-#include "fusion/close_surface.h"
-#include "fusion/membranes.h"
-#include "fusion/mesh_files.h"
-#include "fusion/meshing.h"
-#include "fusion/poisson.h"
-#include "fusion/simplify.h"
+#include "fusion/surface/close_surface.h"
+#include "fusion/surface/membranes.h"
+#include "fusion/surface/mesh_files.h"
+#include "fusion/surface/meshing.h"
+#include "fusion/surface/poisson.h"
+#include "fusion/surface/simplify.h"
 #include "tests/fusion/icosphere.h"
 #include "tests/fusion/sphere_scene.h"
 

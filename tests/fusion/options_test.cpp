@@ -7,9 +7,9 @@
 #include <set>
 
 #include "core/random.h"
-#include "fusion/cloud.h"
-#include "fusion/fuse.h"
-#include "fusion/meshing.h"
+#include "fusion/cloud/cloud.h"
+#include "fusion/cloud/fuse.h"
+#include "fusion/surface/meshing.h"
 #include "fusion/surface_maps.h"
 #include "tests/fusion/sphere_scene.h"
 

@@ -9,7 +9,7 @@
 
 #include "core/error.h"
 #include "core/random.h"
-#include "fusion/aop_check.h"
+#include "fusion/surface/aop_check.h"
 #include "stereo/costs/view.h"
 #include "stereo/polarpms/done_list.h"
 #include "tests/fusion/sphere_scene.h"

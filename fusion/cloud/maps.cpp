@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion/cloud/maps.h"
+
+#include <fmt/format.h>
+#include <malloc.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/image_io.h"
+#include "core/parallel.h"
+#include "demosaic/stokes.h"
+#include "stereo/map_io.h"
+
+namespace polarscan {
+namespace {
+
+// The value of `image` at the centre of pixel (x, y) of a width x height grid over the same picture.
+template <class T>
+const T& At(const Image<T>& image, int x, int y, int width, int height) {
+  const int sx = int((x + 0.5) * image.width() / width), sy = int((y + 0.5) * image.height() / height);
+  return image(std::min(sx, image.width() - 1), std::min(sy, image.height() - 1));
+}
+
+template <class F>
+void ForEachPixel(const Image<float>& grid, F&& f) {
+  for (int y = 0; y < grid.height(); ++y)
+    for (int x = 0; x < grid.width(); ++x) f(x, y);
+}
+
+void RemoveUnusable(ViewMaps& maps, const Image<std::uint8_t>& mask) {
+  const int width = maps.depth.width(), height = maps.depth.height();
+  ForEachPixel(maps.depth, [&](int x, int y) {
+    float& depth = maps.depth(x, y);
+    const bool estimated = std::isfinite(depth) && depth > 0;
+    const bool masked = !mask.empty() && At(mask, x, y, width, height) == 0;
+    const float length = maps.normal(x, y).norm();
+    const bool normal = std::isfinite(length) && length > 1e-6f;
+    maps.pixels_inside += !masked, maps.pixels_outside += masked;
+    maps.pixels_with_depth += estimated;
+    maps.pixels_masked += estimated && masked;
+    maps.pixels_without_normal += estimated && !masked && !normal;
+    if (estimated && normal && !masked) {
+      maps.normal(x, y) /= length;
+    } else {
+      depth = 0;
+    }
+  });
+}
+
+Image<Rgb8> Colours(const Workspace& workspace, int view, int width, int height) {
+  Picture picture = ReadPicture(workspace.PicturePath(view));
+  for (auto& plane : picture.planes) plane = InWindow(workspace.views[std::size_t(view)], std::move(plane));
+  const std::size_t green = picture.planes.size() > 1 ? 1 : 0, blue = picture.planes.size() > 2 ? 2 : 0;
+  const float scale = 255 / picture.full_scale;
+  const auto byte = [&](std::size_t plane, int x, int y) {
+    return std::uint8_t(
+        std::clamp(std::lround(At(picture.planes[plane], x, y, width, height) * scale), 0l, 255l));
+  };
+  Image<Rgb8> colours(width, height);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) colours(x, y) = {byte(0, x, y), byte(green, x, y), byte(blue, x, y)};
+  return colours;
+}
+
+Image<float> Dops(const Workspace& workspace, int view, int width, int height) {
+  const StokesImage stokes = ReadViewLight(workspace, view);
+  Image<float> dop(width, height);
+  ForEachPixel(dop, [&](int x, int y) {
+    const float value =
+        DegreeOfPolarization(At(stokes.s0, x, y, width, height), At(stokes.s1, x, y, width, height),
+                             At(stokes.s2, x, y, width, height));
+    dop(x, y) = std::isfinite(value) ? std::clamp(value, 0.f, 1.f) : 0.f;
+  });
+  return dop;
+}
+
+}  // namespace
+
+bool HasMaps(const Workspace& workspace, int view, const std::string& kind) {
+  return std::filesystem::exists(workspace.DepthPath(view, kind));
+}
+
+std::string BestMapKind(const Workspace& workspace) {
+  for (const std::string kind : {"geometric", "photometric"})
+    for (int i = 0; i < int(workspace.views.size()); ++i)
+      if (HasMaps(workspace, i, kind)) return kind;
+  throw Error("there are no depth maps", (workspace.folder / "stereo/depth_maps").string(),
+              "Run polarscan stereo first");
+}
+
+ViewMaps LoadViewMaps(const Workspace& workspace, int view, const std::string& kind, bool masks) {
+  ViewMaps maps;
+  maps.depth = ReadDepthMap(workspace.DepthPath(view, kind));
+  maps.normal = ReadNormalMap(workspace.NormalPath(view, kind));
+  if (!SameSize(maps.depth, maps.normal))
+    throw Error("depth and normal map differ in size", workspace.NormalPath(view, kind).string(),
+                "Remove both and run polarscan stereo again");
+  const int width = maps.depth.width(), height = maps.depth.height();
+  maps.camera = workspace.views[std::size_t(view)].camera.Resized(width, height);
+  maps.cam_from_world = workspace.views[std::size_t(view)].cam_from_world;
+  RemoveUnusable(maps, masks ? ReadViewMask(workspace, view) : Image<std::uint8_t>());
+  if (!masks && std::filesystem::exists(workspace.MaskPath(view))) maps.pixels_inside = 0;
+  maps.colour = Colours(workspace, view, width, height);
+  maps.dop = workspace.polarized ? Dops(workspace, view, width, height) : Image<float>(width, height);
+  return maps;
+}
+
+MapCache::MapCache(const Workspace& workspace, std::string kind, bool masks, std::size_t limit_bytes)
+    : workspace_(workspace), kind_(std::move(kind)), masks_(masks), limit_bytes_(limit_bytes) {
+  maps_.resize(workspace.views.size());
+}
+
+MapCache::~MapCache() {
+  maps_.clear();
+  malloc_trim(0);
+}
+
+MapCache::Entry MapCache::Load(int view) const {
+  try {
+    return {std::make_shared<ViewMaps>(LoadViewMaps(workspace_, view, kind_, masks_)), ""};
+  } catch (const Error& error) {
+    return {nullptr, error.what()};
+  }
+}
+
+std::vector<MapCache::Entry> MapCache::Get(const std::vector<int>& views) {
+  std::size_t ahead = 0;  // bytes still to read: they are given way first
+  for (int view : views) {
+    const Pinhole& camera = workspace_.views[std::size_t(view)].camera;
+    if (maps_[std::size_t(view)]) {
+      Use(view);
+    } else {
+      ahead += std::size_t(camera.width) * std::size_t(camera.height) * ViewMaps::kBytesPerPixel;
+    }
+  }
+  ShrinkTo(limit_bytes_ - std::min(limit_bytes_, ahead));
+  std::vector<Entry> entries(views.size());
+  ParallelFor(0, int(views.size()), [&](int i) {
+    const int view = views[std::size_t(i)];
+    const auto& kept = maps_[std::size_t(view)];
+    entries[std::size_t(i)] = kept ? Entry{kept, ""} : Load(view);
+    if (!kept) malloc_trim(0);  // else gaps between maps that are kept hold up to twice as much again
+  });
+  for (std::size_t i = 0; i < views.size(); ++i)
+    if (entries[i].maps) Keep(views[i], entries[i].maps);
+  ShrinkTo(limit_bytes_);
+  malloc_trim(0);
+  return entries;
+}
+
+void MapCache::Use(int view) {
+  recent_.remove(view);
+  recent_.push_front(view);
+}
+
+void MapCache::Keep(int view, const std::shared_ptr<const ViewMaps>& maps) {
+  if (!maps_[std::size_t(view)]) bytes_ += maps->Bytes();
+  maps_[std::size_t(view)] = maps;
+  Use(view);
+}
+
+void MapCache::ShrinkTo(std::size_t bytes) {
+  while (bytes_ > bytes && !recent_.empty()) {
+    auto& oldest = maps_[std::size_t(recent_.back())];
+    bytes_ -= oldest->Bytes();
+    oldest.reset();
+    recent_.pop_back();
+  }
+}
+
+}  // namespace polarscan
