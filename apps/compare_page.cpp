@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/compare_page.h"
 
-#include "apps/evaluation_table.h"
+#include "evaluation/evaluation_table.h"
 #include "apps/page_text.h"
 #include "apps/pages.h"
 #include "apps/report_util.h"

@@ -4,13 +4,13 @@
 #include <string>
 #include <vector>
 
-#include "apps/evaluate_scan.h"
-#include "apps/evaluation_plots.h"
+#include "evaluation/evaluate_scan.h"
+#include "evaluation/evaluation_plots.h"
 
 namespace polarscan {
 
 // Writes one self-contained HTML page that compares scans with the same truth: the figures side by side
-// (apps/evaluation_table.h), the curves, and each view's error pictures. pictures: those of each evaluation,
+// (evaluation/evaluation_table.h), the curves, and each view's error pictures. pictures: those of each evaluation,
 // in the same order. Throws Error if the page cannot be written.
 void WriteComparison(const std::filesystem::path& html, const std::string& truth,
                      const std::vector<NamedEvaluation>& evaluations,

@@ -6,8 +6,8 @@
 
 #include "apps/command.h"
 #include "apps/compare_page.h"
-#include "apps/evaluate_scan.h"
-#include "apps/evaluation_table.h"
+#include "evaluation/evaluate_scan.h"
+#include "evaluation/evaluation_table.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/similarity.h"

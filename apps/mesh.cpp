@@ -4,7 +4,7 @@
 #include "apps/stages.h"
 #include "core/error.h"
 #include "core/files.h"
-#include "fusion/surface/mesh_files.h"
+#include "fusion/mesh_files.h"
 
 namespace polarscan {
 namespace fs = std::filesystem;

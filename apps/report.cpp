@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/report.h"
 
-#include "apps/evaluation_files.h"
-#include "apps/evaluation_plots.h"
+#include "evaluation/evaluation_files.h"
+#include "evaluation/evaluation_plots.h"
 #include "apps/page_text.h"
 #include "apps/pages.h"
 #include "apps/report_cloud.h"

@@ -7,7 +7,7 @@
 
 #include <optional>
 
-#include "apps/evaluation_files.h"
+#include "evaluation/evaluation_files.h"
 #include "apps/report_pictures.h"
 #include "apps/report_util.h"
 #include "core/error.h"

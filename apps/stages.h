@@ -5,9 +5,9 @@
 #include "apps/scan.h"
 #include "demosaic/method.h"
 #include "fusion/cloud/fuse.h"
-#include "fusion/surface/meshing.h"
+#include "pipeline/meshing.h"
 #include "stereo/dense/undistort.h"
-#include "stereo/polarpms/stereo.h"
+#include "pipeline/stereo.h"
 #include "stereo/sfm/sfm.h"
 
 namespace polarscan {

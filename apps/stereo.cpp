@@ -6,7 +6,7 @@
 #include "apps/stages.h"
 #include "core/error.h"
 #include "core/files.h"
-#include "fusion/surface_maps.h"
+#include "pipeline/surface_maps.h"
 #include "stereo/dense/colmap_workspace.h"
 #include "stereo/workspace.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fusion/surface/mesh_files.h"
+#include "fusion/mesh_files.h"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fusion/surface/mesh_views.h"
+#include "fusion/mesh_views.h"
 
 #include <algorithm>
 #include <cmath>

@@ -24,7 +24,7 @@ function mapsTable(maps) {
                 [row("Depth", maps.mean.depth), row("Normal (degrees)", maps.mean.normal_degrees)].filter(Boolean))];
 }
 
-// Our own drawings (apps/evaluation_plots.h): parsed as pictures, so that no text in them can become markup.
+// Our own drawings (evaluation/evaluation_plots.h): parsed as pictures, so that no text in them can become markup.
 function drawing(svg) {
   return document.importNode(new DOMParser().parseFromString(svg, "image/svg+xml").documentElement, true);
 }

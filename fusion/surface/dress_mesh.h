@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "core/mesh.h"
-#include "fusion/surface/mesh_files.h"
+#include "fusion/mesh_files.h"
 
 namespace polarscan {
 

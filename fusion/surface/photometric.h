@@ -14,7 +14,7 @@ namespace polarscan {
 
 // How views look at a surface: what each sees of it, and with which grey values.
 struct SurfaceLooks {
-  std::vector<std::vector<bool>> visible;   // [view][vertex] (fusion/surface/mesh_views.h)
+  std::vector<std::vector<bool>> visible;   // [view][vertex] (fusion/mesh_views.h)
   std::vector<Image<std::uint16_t>> grays;  // [view], of the whole scale
 };
 

@@ -14,7 +14,7 @@
 #include "core/files.h"
 #include "core/random.h"
 #include "demosaic/calibration/calibration.h"
-#include "fusion/surface/mesh_files.h"
+#include "fusion/mesh_files.h"
 #include "program.h"
 #include "stereo/map_io.h"
 #include "stereo/workspace.h"

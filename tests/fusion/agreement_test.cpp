@@ -5,7 +5,7 @@
 #include "core/process.h"
 #include "core/random.h"
 #include "fusion/cloud/cloud.h"
-#include "fusion/evaluate.h"
+#include "evaluation/evaluate.h"
 #include "fusion/cloud/fuse.h"
 #include "tests/fusion/sphere_scene.h"
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fusion/evaluate.h"
+#include "evaluation/evaluate.h"
 
 #include <gtest/gtest.h>
 
 #include "core/random.h"
 #include "fusion/cloud/cloud.h"
-#include "fusion/error_statistics.h"
+#include "evaluation/error_statistics.h"
 #include "fusion/cloud/fuse.h"
 #include "fusion/surface/surface.h"
-#include "fusion/thresholds.h"
+#include "evaluation/thresholds.h"
 #include "stereo/sfm/alignment.h"
 #include "tests/fusion/sphere_scene.h"
 

@@ -6,11 +6,11 @@
 #include <sstream>
 
 #include "core/random.h"
-#include "fusion/surface/close_surface.h"
-#include "fusion/surface/membranes.h"
-#include "fusion/surface/mesh_files.h"
-#include "fusion/surface/meshing.h"
-#include "fusion/surface/poisson.h"
+#include "fusion/surface/poisson/close_surface.h"
+#include "fusion/surface/poisson/membranes.h"
+#include "fusion/mesh_files.h"
+#include "pipeline/meshing.h"
+#include "fusion/surface/poisson/poisson.h"
 #include "fusion/surface/simplify.h"
 #include "tests/fusion/icosphere.h"
 #include "tests/fusion/sphere_scene.h"

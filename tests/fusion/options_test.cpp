@@ -9,8 +9,8 @@
 #include "core/random.h"
 #include "fusion/cloud/cloud.h"
 #include "fusion/cloud/fuse.h"
-#include "fusion/surface/meshing.h"
-#include "fusion/surface_maps.h"
+#include "pipeline/meshing.h"
+#include "pipeline/surface_maps.h"
 #include "tests/fusion/sphere_scene.h"
 
 namespace polarscan {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fusion/surface/poisson.h"
+#include "fusion/surface/poisson/poisson.h"
 
 #include <gtest/gtest.h>
 
@@ -11,9 +11,9 @@
 
 #include "core/error.h"
 #include "core/random.h"
-#include "fusion/surface/marching_cubes.h"
+#include "fusion/surface/poisson/marching_cubes.h"
 #include "fusion/surface/mesh_topology.h"
-#include "fusion/surface/sparse_grid.h"
+#include "fusion/surface/poisson/sparse_grid.h"
 
 namespace polarscan {
 namespace {

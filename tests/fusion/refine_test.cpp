@@ -7,7 +7,7 @@
 #include <algorithm>
 
 #include "core/random.h"
-#include "fusion/surface/mesh_views.h"
+#include "fusion/mesh_views.h"
 #include "fusion/surface/normal_fit.h"
 #include "fusion/surface/photometric.h"
 #include "fusion/surface/silhouettes.h"

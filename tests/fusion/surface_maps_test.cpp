@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fusion/surface_maps.h"
+#include "pipeline/surface_maps.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -9,9 +9,9 @@
 
 #include "core/error.h"
 #include "core/random.h"
-#include "fusion/surface/aop_check.h"
+#include "pipeline/aop_check.h"
 #include "stereo/costs/view.h"
-#include "stereo/polarpms/done_list.h"
+#include "pipeline/done_list.h"
 #include "tests/fusion/sphere_scene.h"
 
 namespace polarscan {

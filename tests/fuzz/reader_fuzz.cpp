@@ -18,7 +18,7 @@
 #include "core/image_io.h"
 #include "core/mesh.h"
 #include "core/random.h"
-#include "fusion/surface/mesh_files.h"
+#include "fusion/mesh_files.h"
 #include "simulation/gige/gige_server.h"
 #include "simulation/gige/packets.h"
 #include "stereo/sfm/model.h"

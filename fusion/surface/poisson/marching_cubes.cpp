@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fusion/surface/marching_cubes.h"
+#include "fusion/surface/poisson/marching_cubes.h"
 
 #include <bit>
 #include <bitset>

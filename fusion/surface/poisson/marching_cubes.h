@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "core/mesh.h"
-#include "fusion/surface/sparse_grid.h"
+#include "fusion/surface/poisson/sparse_grid.h"
 
 namespace polarscan {
 

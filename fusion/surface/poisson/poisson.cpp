@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fusion/surface/poisson.h"
+#include "fusion/surface/poisson/poisson.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_sort.h>
@@ -11,10 +11,10 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
-#include "fusion/surface/marching_cubes.h"
-#include "fusion/surface/poisson_samples.h"
-#include "fusion/surface/poisson_system.h"
-#include "fusion/surface/sparse_grid.h"
+#include "fusion/surface/poisson/marching_cubes.h"
+#include "fusion/surface/poisson/poisson_samples.h"
+#include "fusion/surface/poisson/poisson_system.h"
+#include "fusion/surface/poisson/sparse_grid.h"
 
 namespace polarscan {
 namespace {

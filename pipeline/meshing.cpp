@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/meshing.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "core/error.h"
+#include "fusion/surface/poisson/close_surface.h"
+#include "fusion/surface/dress_mesh.h"
+#include "fusion/surface/mesh_topology.h"
+#include "fusion/surface/poisson/poisson.h"
+#include "fusion/surface/silhouettes.h"
+#include "fusion/surface/simplify.h"
+#include "fusion/surface/surface.h"
+#include "stereo/dense/load_view.h"
+#include "stereo/costs/view.h"
+
+namespace polarscan {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kFewestPoints = 100;
+constexpr std::size_t kMostVertices = 2'000'000;  // of a mesh whose triangles were divided
+
+std::vector<CloudPoint> ConfidentPoints(const fs::path& cloud_ply, double min_confidence) {
+  if (!fs::exists(cloud_ply))
+    throw Error("there is no cloud", cloud_ply.string(), "Run polarscan fuse first");
+  std::vector<CloudPoint> cloud = ReadCloud(cloud_ply);
+  const std::size_t all = cloud.size();
+  std::erase_if(cloud, [&](const CloudPoint& p) { return p.confidence < min_confidence; });
+  if (cloud.size() < kFewestPoints)
+    throw NothingFound(
+        fmt::format("{} of {} points are sure enough for a mesh, which needs {}", cloud.size(), all,
+                    kFewestPoints),
+        cloud_ply.string(),
+        all < kFewestPoints
+            ? "Views agree on hardly anything: take pictures nearer to each other, about 20 degrees "
+              "apart, check the poses (polarscan report), or go on with --no-mesh"
+            : "Lower --mesh-min-confidence, fuse with looser limits, or go on with --no-mesh");
+  return cloud;
+}
+
+MeshSummary PlanSurface(const std::vector<CloudPoint>& cloud, const MeshOptions& options) {
+  if (options.depth > 0 && options.depth < kCoarsestDepth)
+    throw Error("option out of range", fmt::format("--mesh-depth {}", options.depth),
+                fmt::format("It must be 0, or {} to 13", kCoarsestDepth));
+  MeshSummary summary;
+  summary.points = cloud.size();
+  summary.depth = options.depth > 0 ? options.depth : PoissonDepth(cloud);
+  summary.cell = PoissonCell(cloud, summary.depth);
+  return summary;
+}
+
+// The Poisson surface, honest about where there are no points, and where the masks say that there is nothing.
+// far: vertices inside of its membranes.
+TriangleMesh SurfaceOf(const std::vector<CloudPoint>& cloud, const Workspace& workspace,
+                       const MeshOptions& options, std::vector<bool>& far, MeshSummary& summary,
+                       Progress& progress) {
+  TriangleMesh mesh = PoissonSurface(cloud, summary.depth, progress);
+  for (double distance : NearestDistances(Positions(cloud), mesh.vertices))
+    far.push_back(distance > options.trim_cells * summary.cell);
+  if (options.refinement.masks) {
+    const std::vector<bool> outside =
+        OutsideOfMasks(mesh.vertices, workspace, options.silhouette_margin_px, progress);
+    for (std::size_t i = 0; i < far.size(); ++i) far[i] = far[i] || outside[i];
+  }
+  ClosingCounts counts;
+  mesh = CloseSurface(mesh, far, {options.close, options.min_piece}, counts, progress);
+  if (mesh.triangles.empty())
+    throw NothingFound("no surface is left after trimming", workspace.folder.string(),
+                       "Raise --mesh-trim, or lower --mesh-min-piece");
+  summary.gaps_closed = counts.closed, summary.gaps_cut = counts.cut;
+  summary.pieces_dropped = counts.pieces, summary.closed_area = counts.closed_area;
+  return mesh;
+}
+
+// Refined, if that was asked for and there is something to go by; for that its triangles get as small as
+// pixels.
+void Refine(CloudSurface& surface, const std::vector<CloudPoint>& cloud, const Workspace& workspace,
+            const MeshOptions& options, MeshSummary& summary, Progress& progress) {
+  if (!options.refinement.refine) return;
+  if (!CanRefine(workspace, options.refinement))
+    return progress.Info("there is neither polarization nor a mask: the mesh is not refined");
+  const double edge = options.edge_px * PixelSize(cloud, workspace);
+  while (edge > 0 && MeanEdge(surface.mesh) > edge && 4 * surface.mesh.vertices.size() < kMostVertices)
+    surface.mesh = Subdivided(surface.mesh, surface.far);
+  surface.mesh =
+      RefineMesh(surface.mesh, surface.far, workspace, options.refinement, summary.refinement, progress);
+  summary.refined = true;
+}
+
+}  // namespace
+
+OptionTable Table(MeshOptions& o) {
+  OptionTable table = {
+      {"mesh-depth", &o.depth,
+       "Octree depth of the surface; each step doubles detail and time; 0: as fine as the cloud's points; "
+       "else at least 5",
+       "", 0, 13},
+      {"mesh-min-confidence", &o.min_confidence, "Points with less confidence make no surface", "", 0, 1},
+      {"mesh-trim", &o.trim_cells,
+       "Surface farther than this from all points is a gap: closed by a membrane, or cut", "cells", 0.1, 1e6},
+      {"mesh-close", &o.close,
+       "Largest gap that is closed, as a share of the surface; 0: none is; 1000: the mesh is watertight", "",
+       0, 1e9},
+      {"mesh-min-piece", &o.min_piece, "Smallest piece that is kept, as a share of the largest", "", 0, 1},
+      {"mesh-edge", &o.edge_px,
+       "Refinement divides triangles until their edges are this long in the pictures; 0: it does not", "px",
+       0, 1000},
+      {"faces", &o.faces, "Triangles of the mesh at most; 0: as many as it has", "", 0, 1e9},
+      {"silhouette-margin", &o.silhouette_margin_px,
+       "Surface outside of two views' masks by more than this is a gap, too", "px", 0, 100},
+  };
+  const OptionTable refinement = Table(o.refinement);
+  table.insert(table.end(), refinement.begin(), refinement.end());
+  return table;
+}
+
+nlohmann::json ToJson(const MeshSummary& s) {
+  nlohmann::json json = {{"vertices", s.vertices},
+                         {"faces", s.faces},
+                         {"points", s.points},
+                         {"depth", s.depth},
+                         {"cell", s.cell},
+                         {"watertight", s.closed},
+                         {"gaps_closed", s.gaps_closed},
+                         {"gaps_cut", s.gaps_cut},
+                         {"pieces_dropped", s.pieces_dropped},
+                         {"closed_area", s.closed_area},
+                         {"refined", s.refined}};
+  if (s.refined)
+    json["refinement"] = {{"views_per_vertex", s.refinement.views_per_vertex},
+                          {"mean_move", s.refinement.mean_move},
+                          {"outline_vertices", s.refinement.outline_vertices}};
+  return json;
+}
+
+MeshSummary PlanMesh(const fs::path& cloud_ply, const MeshOptions& options) {
+  return PlanSurface(ConfidentPoints(cloud_ply, options.min_confidence), options);
+}
+
+double PixelSize(const std::vector<CloudPoint>& cloud, const Workspace& workspace) {
+  std::vector<double> sizes;
+  for (std::size_t i = 0; i < cloud.size(); i += 1 + cloud.size() / 1000) {
+    double least = 1e30;
+    for (const DenseView& view : workspace.views) {
+      const Eigen::Vector3d p = view.cam_from_world * cloud[i].position.cast<double>();
+      if (p.z() <= 0) continue;
+      const Eigen::Vector2d at = view.camera.Project(p);
+      if (at.x() < 0 || at.y() < 0 || at.x() >= view.camera.width || at.y() >= view.camera.height) continue;
+      least = std::min(least, p.z() / view.camera.fx);
+    }
+    if (least < 1e30) sizes.push_back(least);
+  }
+  if (sizes.empty()) return 0;
+  const auto middle = sizes.begin() + std::ptrdiff_t(sizes.size() / 2);
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  return *middle;
+}
+
+CloudSurface MakeSurface(const std::vector<CloudPoint>& cloud, const Workspace& workspace,
+                         const MeshOptions& options, MeshSummary& summary, Progress& progress) {
+  CloudSurface surface;
+  summary = PlanSurface(cloud, options);
+  surface.mesh = SurfaceOf(cloud, workspace, options, surface.far, summary, progress);
+  progress.Check();
+  Refine(surface, cloud, workspace, options, summary, progress);
+  return surface;
+}
+
+MeshSummary MakeMesh(const fs::path& cloud_ply, const fs::path& dense, const fs::path& mesh_ply,
+                     const MeshOptions& options, Progress& progress) {
+  const std::vector<CloudPoint> cloud = ConfidentPoints(cloud_ply, options.min_confidence);
+  const Workspace workspace = ReadWorkspace(dense);
+  MeshOptions helping = options;
+  helping.refinement.polarization =
+      options.refinement.polarization &&
+      AopIsInformative(workspace, options.refinement.masks, options.refinement.aop_noise_deg);
+  MeshSummary summary;
+  TriangleMesh mesh = MakeSurface(cloud, workspace, helping, summary, progress).mesh;
+  if (options.faces > 0 && mesh.triangles.size() > std::size_t(options.faces))
+    mesh = Simplify(mesh, options.faces);
+  if (options.faces > 0 && double(mesh.triangles.size()) > 1.1 * options.faces)
+    progress.Warn(
+        fmt::format("{} triangles instead of {}: its topology (pieces, handles, borders) allows no fewer",
+                    mesh.triangles.size(), options.faces));
+  summary.vertices = mesh.vertices.size(), summary.faces = mesh.triangles.size();
+  summary.closed = BorderLoops(mesh.triangles).empty();
+  SurfaceMesh dressed = DressMesh(mesh, cloud, summary.cell, options.trim_cells * summary.cell);
+  dressed.offset = workspace.offset;
+  WriteMeshFile(mesh_ply, dressed);
+  return summary;
+}
+
+}  // namespace polarscan

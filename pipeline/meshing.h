@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "core/mesh.h"
+#include "core/options.h"
+#include "core/progress.h"
+#include "fusion/cloud/cloud.h"
+#include "fusion/surface/refine.h"
+
+namespace polarscan {
+
+// What the mesh stage can be told. Help and ranges are in Table().
+struct MeshOptions {
+  int depth = 0;
+  double min_confidence = 0;
+  double trim_cells = 1;
+  double close = 0.2;
+  double min_piece = 0.01;
+  double edge_px = 1.5;
+  double silhouette_margin_px = 2;
+  int faces = 0;
+  RefineOptions refinement;
+};
+OptionTable Table(MeshOptions& options);
+
+struct MeshSummary {
+  std::size_t vertices = 0, faces = 0;
+  std::size_t points = 0;  // of the cloud that were used
+  int depth = 0;           // of the octree
+  double cell = 0;         // its width, world units
+  bool closed = false;     // no border
+  int gaps_closed = 0, gaps_cut = 0, pieces_dropped = 0;
+  bool refined = false;
+  RefineCounts refinement;
+  double closed_area = 0;  // share of the surface that closes gaps: nothing was seen there
+};
+nlohmann::json ToJson(const MeshSummary& summary);
+
+// What MakeMesh would do with this cloud: points, depth and cell of the summary; writes nothing.
+MeshSummary PlanMesh(const std::filesystem::path& cloud_ply, const MeshOptions& options);
+
+// The surface of a cloud: a Poisson surface (fusion/surface/poisson/poisson.h), closed or cut where there are no points
+// (fusion/surface/poisson/close_surface.h), and where there is polarization or a mask its triangles divided to the size of
+// their pixels and refined by them (fusion/surface/refine.h).
+struct CloudSurface {
+  TriangleMesh mesh;
+  std::vector<bool> far;  // vertices that no points bear out
+};
+CloudSurface MakeSurface(const std::vector<CloudPoint>& cloud, const Workspace& workspace,
+                         const MeshOptions& options, MeshSummary& summary, Progress& progress);
+
+// World units that a pixel of the view that sees it best covers at a point of the cloud: the median. 0 if no
+// view sees any.
+double PixelSize(const std::vector<CloudPoint>& cloud, const Workspace& workspace);
+
+// The surface of a scan's cloud, with fewer faces if asked for (fusion/surface/simplify.h), and with the colours of
+// the nearest points; written to `mesh_ply`. Same bytes for any number of threads. Throws Error if the cloud
+// is missing, has no normals, or makes no surface.
+MeshSummary MakeMesh(const std::filesystem::path& cloud_ply, const std::filesystem::path& dense,
+                     const std::filesystem::path& mesh_ply, const MeshOptions& options, Progress& progress);
+
+}  // namespace polarscan
