@@ -5,10 +5,10 @@
 #include <functional>
 
 #include "acquisition/session/session.h"
-#include "apps/check_files.h"
+#include "pipeline/check_files.h"
 #include "apps/check_input.h"
 #include "apps/check_session.h"
-#include "apps/scan.h"
+#include "pipeline/scan.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/image_io.h"

@@ -6,11 +6,11 @@
 #include <algorithm>
 
 #include "acquisition/input/masks.h"
-#include "apps/check_files.h"
-#include "apps/stages.h"
+#include "pipeline/check_files.h"
+#include "pipeline/stages.h"
 #include "core/error.h"
 #include "stereo/sfm/known_poses.h"
-#include "stereo/sfm/model.h"
+#include "stereo/sfm/model/model.h"
 
 namespace polarscan {
 namespace {

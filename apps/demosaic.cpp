@@ -3,7 +3,7 @@
 
 #include "acquisition/input/forms.h"
 #include "apps/command.h"
-#include "apps/views.h"
+#include "pipeline/views/views.h"
 #include "core/error.h"
 #include "core/files.h"
 

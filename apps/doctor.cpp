@@ -12,7 +12,7 @@
 #include "apps/command.h"
 #include "core/files.h"
 #include "simulation/cameras.h"
-#include "stereo/sfm/colmap.h"
+#include "stereo/sfm/colmap/colmap.h"
 
 namespace polarscan {
 namespace fs = std::filesystem;

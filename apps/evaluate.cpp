@@ -5,9 +5,9 @@
 #include <set>
 
 #include "apps/command.h"
-#include "apps/compare_page.h"
+#include "report/compare_page.h"
 #include "evaluation/evaluate_scan.h"
-#include "evaluation/evaluation_table.h"
+#include "evaluation/table.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/similarity.h"

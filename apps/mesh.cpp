@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "apps/stages.h"
+#include "pipeline/stages.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "fusion/mesh_files.h"

@@ -10,9 +10,8 @@
 #include <mutex>
 #include <thread>
 
-#include "apps/pages.h"
-#include "apps/report_pictures.h"
-#include "apps/report_util.h"
+#include "report/pages.h"
+#include "report/pictures.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/image_io.h"

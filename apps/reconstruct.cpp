@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "acquisition/input/masks.h"
-#include "apps/stages.h"
+#include "pipeline/stages.h"
 #include "core/error.h"
 #include "core/files.h"
 

@@ -1,145 +1,48 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report.h"
+#include <fmt/format.h>
 
-#include "evaluation/evaluation_files.h"
-#include "evaluation/evaluation_plots.h"
-#include "apps/page_text.h"
-#include "apps/pages.h"
-#include "apps/report_cloud.h"
-#include "apps/report_findings.h"
-#include "apps/report_mesh.h"
-#include "apps/report_util.h"
-#include "apps/report_views.h"
-#include "apps/scan.h"
-#include "core/error.h"
+#include "apps/command.h"
+#include "report/report.h"
+#include "pipeline/scan.h"
 #include "core/files.h"
-#include "core/image_io.h"
-#include "demosaic/false_colour.h"
-#include "fusion/cloud/fuse.h"
-
-namespace fs = std::filesystem;
-using nlohmann::json;
 
 namespace polarscan {
 namespace {
 
-constexpr std::size_t kMostPoints = 400'000, kMostFaces = 250'000;
-constexpr int kLegendSize = 256;
+namespace fs = std::filesystem;
 
-json Legends() {
-  return {{"heat", PaletteBase64(HeatPalette())},
-          {"ramp", PaletteBase64(RampPalette())},
-          {"wheel", Base64(EncodeJpeg(AopWheel(kLegendSize), 92))},
-          {"ball", Base64(EncodeJpeg(NormalBall(kLegendSize), 92))}};
-}
+struct ReportArguments {
+  std::filesystem::path scan, output;
+};
 
-// What read() gives, or nothing, and why in `notes`.
-template <class T, class Read>
-T Try(json& notes, Read&& read) {
-  try {
-    return read();
-  } catch (const Error& error) {
-    notes.push_back(error.what());
-    return {};
+void Run(const ReportArguments& arguments, Context& context) {
+  const fs::path own = arguments.scan / "report.html";
+  const fs::path page = arguments.output.empty() ? own : arguments.output;
+  if (!arguments.output.empty())
+    RequireFree(
+        page, [&] { return CarriesMark(page, "content=\"polarscan report\"") || fs::equivalent(page, own); });
+  if (fs::weakly_canonical(page) == fs::weakly_canonical(own)) {  // a file of the scan, with its checksum
+    Scan scan = Scan::Open(arguments.scan, context.progress);
+    WriteReport(arguments.scan, page, context.progress);
+    scan.RecordAgain("report");
+  } else {
+    WriteReport(arguments.scan, page, context.progress);
   }
-}
-
-// What `polarscan evaluate` found; null if it was not run, or not on this cloud.
-json ReadEvaluation(const fs::path& scan, json& notes) {
-  const fs::path file = EvaluationJsonPath(EvaluationFolder(scan));
-  if (!fs::exists(file)) return nullptr;
-  json evaluation = ReadJson(file);
-  if (evaluation.contains("cloud_hash") && fs::exists(scan / "cloud.ply") &&
-      evaluation.at("cloud_hash") != ToHex(HashFile(scan / "cloud.ply"))) {
-    notes.push_back("The evaluation is of an earlier cloud and left out; run polarscan evaluate again.");
-    return nullptr;
-  }
-  return evaluation;
-}
-
-CloudSample ReadCloud(const fs::path& scan, bool evaluated, const Eigen::Matrix3d& display_from_world,
-                      json& notes) {
-  const fs::path ply = scan / "cloud.ply", errors = CloudErrorsPath(EvaluationFolder(scan));
-  if (!fs::exists(ply)) {
-    notes.push_back("There is no cloud yet.");
-    return {};
-  }
-  return Try<CloudSample>(notes, [&] {
-    return SampleCloud(ply, evaluated && fs::exists(errors) ? errors : fs::path(), kMostPoints,
-                       display_from_world);
-  });
-}
-
-std::vector<CameraPlace> CamerasAround(const CloudSample& sample, const json& views) {
-  std::vector<CameraPlace> cameras;
-  for (std::size_t i = 0; i < views.size() && !sample.empty(); ++i) {
-    if (!views[i].contains("camera")) continue;
-    const Eigen::Vector3d center = FromArray(views[i].at("camera").at("center"));
-    cameras.push_back(
-        {int(i), views[i].at("name").get<std::string>(), (center - sample.center).normalized()});
-  }
-  return cameras;
-}
-
-// Leaves out a mesh of an earlier cloud, with all that scan.json says of it.
-ReportMesh MeshOfCloud(const fs::path& folder, json& scan, const Eigen::Matrix3d& display,
-                       const CloudSample& sample, const ReportCloud& cloud, json& notes) {
-  const fs::path ply = folder / "mesh.ply";
-  if (!fs::exists(ply)) return {};
-  if (!IsOutOfDate(scan, "mesh", "fusion"))
-    return Try<ReportMesh>(notes, [&] { return PackMesh(ply, kMostFaces, display, sample, cloud); });
-  notes.push_back("The mesh is of an earlier cloud and left out; run polarscan mesh again.");
-  scan.erase("mesh");
-  if (scan["stages"]["mesh"].value("state", "") == "done") scan["stages"].erase("mesh");
-  return {};
-}
-
-// fusion-min-views, if scan.json says so.
-int MinViews(const json& scan) {
-  const json options = scan.value("options", json::object()).value("fusion", json::object());
-  return options.value("fusion-min-views", FusionOptions().min_views);
-}
-
-std::string NameOf(const fs::path& folder) {
-  const fs::path clean = fs::absolute(folder).lexically_normal();
-  return (clean.has_filename() ? clean : clean.parent_path()).filename().string();
+  const auto bytes = fs::file_size(page);
+  context.Finish({{"report", page.string()}, {"bytes", bytes}},
+                 fmt::format("{} ({:.1f} MB)", page.string(), double(bytes) / 1e6));
 }
 
 }  // namespace
 
-void WriteReport(const fs::path& scan_folder, const fs::path& html, Progress& progress) {
-  if (!fs::exists(scan_folder / "scan.json"))
-    throw Error("not a scan folder (no scan.json)", scan_folder.string(),
-                "Give the folder that `polarscan reconstruct INPUT -o SCAN` made");
-  json data = {
-      {"name", NameOf(scan_folder)}, {"scan", ReadJson(scan_folder / "scan.json")}, {"legends", Legends()}};
-  ReportViews views = CollectViews(scan_folder, progress);
-  json& notes = data["notes"] = views.notes;
-  if (const json offset = data["scan"].value("offset", json()); offset.is_array())
-    notes.push_back("Coordinates are in a local frame: add " + offset.dump() +
-                    " for those of the poses given.");
-  const json evaluation = Try<json>(notes, [&] { return ReadEvaluation(scan_folder, notes); });
-  const Eigen::Matrix3d& display = views.display_from_world;
-  const CloudSample sample = ReadCloud(scan_folder, !evaluation.is_null(), display, notes);
-  const ReportCloud cloud = sample.empty() ? ReportCloud() : PackCloud(sample);
-  progress.Check();
-  const ReportMesh mesh = MeshOfCloud(scan_folder, data["scan"], display, sample, cloud, notes);
-  progress.Check();
-  data["findings"] = Findings({sample, CamerasAround(sample, views.views), views.dop_noise,
-                               MinViews(data["scan"]), data["scan"], views.views});
-  data["views"] = std::move(views.views);
-  data["dop_full"] = views.dop_full;
-  data["cloud"] = cloud.facts;
-  data["mesh"] = mesh.facts;
-  data["evaluation"] = evaluation;
-  data["curves"] = json::array();
-  for (const CurveDrawing& drawing : DrawCurves({{"", evaluation}})) data["curves"].push_back(drawing.svg);
-  WriteFileAtomically(html, Fill(kReportHtml, {{"{{title}}", EscapeHtml(NameOf(scan_folder))},
-                                               {"{{style}}", kReportCss},
-                                               {"{{data}}", EscapeJson(data)},
-                                               {"{{cloud}}", Base64(cloud.bytes)},
-                                               {"{{mesh}}", Base64(mesh.bytes)},
-                                               {"{{scripts}}", kReportScripts}}));
+void AddReportCommand(CLI::App& app, Context& context) {
+  auto arguments = std::make_shared<ReportArguments>();
+  CLI::App* command = app.add_subcommand("report", "One self-contained HTML page about a scan");
+  command->add_option("SCAN", arguments->scan, "The scan's folder")->required()->check(IsFolder());
+  command->add_option("-o,--output", arguments->output, "The page; SCAN/report.html if not given")
+      ->type_name("FILE.html");
+  AddExample(*command, "  polarscan report scan -o cup.html");
+  command->callback([arguments, &context] { Run(*arguments, context); });
 }
 
 }  // namespace polarscan

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "apps/stages.h"
+#include "pipeline/stages.h"
 
 namespace polarscan {
 namespace fs = std::filesystem;

@@ -3,10 +3,10 @@
 
 #include <charconv>
 
-#include "apps/stages.h"
+#include "pipeline/stages.h"
 #include "core/error.h"
 #include "core/files.h"
-#include "pipeline/surface_maps.h"
+#include "pipeline/stereo/surface_maps.h"
 #include "stereo/dense/colmap_workspace.h"
 #include "stereo/workspace.h"
 

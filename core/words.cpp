@@ -83,6 +83,12 @@ std::string Excerpt(std::string_view text) {
   return text.size() > 40 ? excerpt + "..." : excerpt;
 }
 
+std::string EscapeHtml(const std::string& text) {
+  std::string escaped;
+  for (char c : text) escaped += c == '<' ? "&lt;" : c == '&' ? "&amp;" : std::string(1, c);
+  return escaped;
+}
+
 std::string JsonReason(const std::string& what) {
   const std::size_t end = what.find("] ");
   return what.starts_with("[json.") && end != std::string::npos ? what.substr(end + 2) : what;

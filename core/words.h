@@ -39,6 +39,9 @@ std::optional<T> ToNumber(std::string_view word) {
   return value;
 }
 
+// Text between the tags of HTML or SVG.
+std::string EscapeHtml(const std::string& text);
+
 // Of a file's text, for a message: at most 40 bytes of it, and '?' for what cannot be shown.
 std::string Excerpt(std::string_view text);
 

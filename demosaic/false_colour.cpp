@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "demosaic/false_colour.h"
 
+#include "core/statistics.h"
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -185,6 +187,10 @@ Image<Rgb8> NormalBall(int size_px) {
   return PaintDisc(size_px, [](float u, float v) {
     return NormalColour({u, -v, -std::sqrt(std::max(0.f, 1 - u * u - v * v))});
   });
+}
+
+double DopFullScale(const std::vector<double>& dop) {
+  return std::clamp(std::ceil(Quantile(dop, 0.98) * 20) / 20, 0.1, 1.0);
 }
 
 }  // namespace polarscan

@@ -67,4 +67,7 @@ Image<Rgb8> NormalBall(int size_px);
 // Puts a legend into the bottom right corner, where it fits; its kNoData shows the picture.
 void DrawLegend(const Image<Rgb8>& legend, Image<Rgb8>& picture);
 
+// Full scale of a legend for degrees of polarization: the 98 % quantile, rounded up to twentieths, 0.1 to 1.
+double DopFullScale(const std::vector<double>& dop);
+
 }  // namespace polarscan

@@ -8,9 +8,9 @@
 #include <limits>
 #include <optional>
 
-#include "evaluation/evaluation_files.h"
-#include "evaluation/evaluation_pictures.h"
-#include "apps/report_util.h"
+#include "evaluation/files.h"
+#include "evaluation/pictures.h"
+#include "core/shrink.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/ply.h"

@@ -42,7 +42,7 @@ struct DenseView {
 };
 
 // Kinds of maps: the result, and what each view made before all views were drawn together
-// (pipeline/surface_maps.h).
+// (pipeline/stereo/surface_maps.h).
 inline constexpr const char* kFinalMaps = "geometric";
 inline constexpr const char* kSeparateMaps = "separate";
 

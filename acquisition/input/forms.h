@@ -8,7 +8,7 @@ namespace polarscan {
 // flat, by looking into the first one. Throws Error naming --input-kind where that does not decide.
 InputKind RecognizeKind(const std::filesystem::path& folder, const InputOptions& options);
 
-// Whether `polarscan demosaic` made the folder, by its views.json (apps/views.h).
+// Whether `polarscan demosaic` made the folder, by its views.json (pipeline/views/views.h).
 bool IsViewFolder(const std::filesystem::path& folder);
 
 // Sets views of input.kind in input.folder, sorted by name, without masks, and their polarizer angles;

@@ -12,7 +12,7 @@
 #include "fusion/cloud/cloud.h"
 #include "fusion/cloud/fuse_view.h"
 #include "fusion/cloud/overlap.h"
-#include "stereo/sfm/model.h"
+#include "stereo/sfm/model/model.h"
 
 namespace polarscan {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "core/error.h"
 #include "stereo/dense/dense_views.h"
-#include "stereo/sfm/model.h"
+#include "stereo/sfm/model/model.h"
 #include "stereo/sfm/scene.h"
 
 namespace polarscan {

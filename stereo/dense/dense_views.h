@@ -3,7 +3,7 @@
 #include "core/progress.h"
 #include "stereo/dense/depth_range.h"
 #include "stereo/workspace.h"
-#include "stereo/sfm/model.h"
+#include "stereo/sfm/model/model.h"
 
 namespace polarscan {
 

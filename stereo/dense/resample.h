@@ -4,7 +4,7 @@
 
 #include "core/image_io.h"
 #include "demosaic/stokes.h"
-#include "stereo/sfm/camera_models.h"
+#include "stereo/sfm/model/camera_models.h"
 
 namespace polarscan {
 

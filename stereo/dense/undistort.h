@@ -4,7 +4,7 @@
 
 #include "core/options.h"
 #include "core/progress.h"
-#include "stereo/sfm/camera_models.h"
+#include "stereo/sfm/model/camera_models.h"
 
 namespace polarscan {
 

@@ -7,7 +7,7 @@
 #include "core/camera.h"
 #include "core/similarity.h"
 #include "stereo/workspace.h"
-#include "stereo/sfm/model.h"
+#include "stereo/sfm/model/model.h"
 
 namespace polarscan {
 

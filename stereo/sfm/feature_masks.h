@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stereo/sfm/mapping.h"
+#include "stereo/sfm/colmap/mapping.h"
 #include "stereo/sfm/still_background.h"
 
 namespace polarscan {

@@ -11,7 +11,7 @@
 #include "core/error.h"
 #include "core/view_name.h"
 #include "core/words.h"
-#include "stereo/sfm/camera_models.h"
+#include "stereo/sfm/model/camera_models.h"
 #include "stereo/sfm/verdict.h"
 
 namespace polarscan {

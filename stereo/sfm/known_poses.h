@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/progress.h"
-#include "stereo/sfm/model.h"
+#include "stereo/sfm/model/model.h"
 #include "stereo/sfm/view_list.h"
 
 namespace polarscan {

@@ -2,7 +2,7 @@
 #pragma once
 #include <string>
 
-#include "stereo/sfm/model.h"
+#include "stereo/sfm/model/model.h"
 
 namespace polarscan {
 

@@ -5,7 +5,7 @@
 
 #include "core/progress.h"
 #include "stereo/workspace.h"
-#include "stereo/sfm/model.h"
+#include "stereo/sfm/model/model.h"
 
 namespace polarscan {
 

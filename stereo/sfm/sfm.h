@@ -6,7 +6,7 @@
 
 #include "core/options.h"
 #include "core/progress.h"
-#include "stereo/sfm/model.h"
+#include "stereo/sfm/model/model.h"
 
 namespace polarscan {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "stereo/sfm/database.h"
+#include "stereo/sfm/colmap/database.h"
 
 namespace polarscan {
 

@@ -8,7 +8,7 @@
 #include <set>
 
 #include "core/error.h"
-#include "stereo/sfm/camera_models.h"
+#include "stereo/sfm/model/camera_models.h"
 #include "stereo/sfm/pose_readings.h"
 
 namespace polarscan {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "core/progress.h"
-#include "stereo/sfm/database.h"
-#include "stereo/sfm/model.h"
+#include "stereo/sfm/colmap/database.h"
+#include "stereo/sfm/model/model.h"
 #include "stereo/sfm/view_list.h"
 
 namespace polarscan {

@@ -9,7 +9,7 @@
 #include "core/mesh.h"
 #include "fusion/cloud/cloud.h"
 #include "program.h"
-#include "stereo/sfm/model.h"
+#include "stereo/sfm/model/model.h"
 #include "toy_scan.h"
 
 namespace polarscan::test {

@@ -8,8 +8,8 @@
 #include <fstream>
 #include <functional>
 
-#include "apps/check_files.h"
-#include "apps/checksums.h"
+#include "pipeline/check_files.h"
+#include "pipeline/checksums.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/random.h"
@@ -18,7 +18,7 @@
 #include "program.h"
 #include "stereo/map_io.h"
 #include "stereo/workspace.h"
-#include "stereo/sfm/model.h"
+#include "stereo/sfm/model/model.h"
 #include "toy_scan.h"
 
 namespace polarscan::test {

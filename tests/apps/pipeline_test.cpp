@@ -22,7 +22,7 @@
 #include "program.h"
 #include "report_data.h"
 #include "stereo/sfm/alignment.h"
-#include "stereo/sfm/model.h"
+#include "stereo/sfm/model/model.h"
 #include "toy_scan.h"
 
 namespace polarscan::test {

@@ -10,7 +10,7 @@
 #include "fusion/cloud/cloud.h"
 #include "fusion/cloud/fuse.h"
 #include "pipeline/meshing.h"
-#include "pipeline/surface_maps.h"
+#include "pipeline/stereo/surface_maps.h"
 #include "tests/fusion/sphere_scene.h"
 
 namespace polarscan {

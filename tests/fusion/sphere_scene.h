@@ -18,7 +18,7 @@
 #include "demosaic/stokes.h"
 #include "stereo/map_io.h"
 #include "stereo/workspace.h"
-#include "stereo/sfm/model.h"
+#include "stereo/sfm/model/model.h"
 
 // Workspaces with maps of the unit sphere in closed form, in a folder that goes away with its owner.
 namespace polarscan {

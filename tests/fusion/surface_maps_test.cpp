@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/surface_maps.h"
+#include "pipeline/stereo/surface_maps.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -11,7 +11,7 @@
 #include "core/random.h"
 #include "pipeline/aop_check.h"
 #include "stereo/costs/view.h"
-#include "pipeline/done_list.h"
+#include "pipeline/stereo/done_list.h"
 #include "tests/fusion/sphere_scene.h"
 
 namespace polarscan {

@@ -11,8 +11,8 @@
 
 #include "../apps/toy_scan.h"
 #include "acquisition/input/input.h"
-#include "apps/check_files.h"
-#include "apps/scan.h"
+#include "pipeline/check_files.h"
+#include "pipeline/scan.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/image_io.h"
@@ -21,7 +21,7 @@
 #include "fusion/mesh_files.h"
 #include "simulation/gige/gige_server.h"
 #include "simulation/gige/packets.h"
-#include "stereo/sfm/model.h"
+#include "stereo/sfm/model/model.h"
 
 using namespace polarscan;
 namespace fs = std::filesystem;

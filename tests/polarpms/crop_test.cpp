@@ -5,7 +5,7 @@
 #include <unistd.h>
 
 #include "core/image_io.h"
-#include "pipeline/stage_inputs.h"
+#include "pipeline/stereo/stage_inputs.h"
 
 namespace polarscan {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/stereo.h"
+#include "pipeline/stereo/stereo.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/sfm/camera_models.h"
+#include "stereo/sfm/model/camera_models.h"
 
 #include "helpers.h"
 

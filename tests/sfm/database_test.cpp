@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/sfm/database.h"
+#include "stereo/sfm/colmap/database.h"
 
 #include <fmt/format.h>
 #include <sqlite3.h>

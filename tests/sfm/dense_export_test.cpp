@@ -4,7 +4,7 @@
 #include "core/ply.h"
 #include "helpers.h"
 #include "stereo/map_io.h"
-#include "stereo/sfm/camera_models.h"
+#include "stereo/sfm/model/camera_models.h"
 
 namespace polarscan {
 namespace {

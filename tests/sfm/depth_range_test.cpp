@@ -3,7 +3,7 @@
 
 #include "core/mesh.h"
 #include "helpers.h"
-#include "stereo/sfm/camera_models.h"
+#include "stereo/sfm/model/camera_models.h"
 
 namespace polarscan {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/sfm/feature_matching.h"
+#include "stereo/sfm/colmap/feature_matching.h"
 
 #include <algorithm>
 #include <set>

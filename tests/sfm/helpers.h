@@ -15,7 +15,7 @@
 #include "core/process.h"
 #include "demosaic/stokes.h"
 #include "stereo/workspace.h"
-#include "stereo/sfm/model.h"
+#include "stereo/sfm/model/model.h"
 
 namespace polarscan {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/sfm/model.h"
+#include "stereo/sfm/model/model.h"
 
 #include "helpers.h"
 

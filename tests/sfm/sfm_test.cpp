@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "fake_colmap.h"
-#include "stereo/sfm/colmap.h"
+#include "stereo/sfm/colmap/colmap.h"
 #include "stereo/sfm/known_poses.h"
 #include "stereo/sfm/pose_readings.h"
 

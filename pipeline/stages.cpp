@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/stages.h"
+
+#include <fmt/format.h>
+#include <algorithm>
+
+#include "report/report.h"
+#include "pipeline/views/views.h"
+#include "core/error.h"
+#include "core/files.h"
+#include "core/words.h"
+#include "demosaic/layout.h"
+#include "pipeline/aop_check.h"
+#include "pipeline/stereo/surface_maps.h"
+#include "stereo/workspace.h"
+#include "stereo/sfm/known_poses.h"
+#include "stereo/sfm/verdict.h"
+
+namespace polarscan {
+namespace fs = std::filesystem;
+namespace {
+
+// Names and contents.
+std::string HashOfFiles(const fs::path& folder) {
+  std::uint64_t hash = 0;
+  for (const fs::path& file : FilesBelow(folder)) hash = HashFile(file, Hash(file.filename().string(), hash));
+  return ToHex(hash);
+}
+
+// The option that counts a scan's angles another way. input: of scan.json's options.
+std::string CureOfAngles(AopCount count, const nlohmann::json& input) {
+  const bool mirrored = count != AopCount::kShifted, shifted = count != AopCount::kMirrored;
+  if (input.value("kind", "") == "mosaic") {
+    Layout layout = ParseLayout(input.at("sensor").at("layout"));
+    for (int& angle : layout.angles_deg)
+      angle = ((mirrored ? -angle : angle) + (shifted ? 45 : 0) + 180) % 180;
+    return fmt::format("Run again with --layout \"{}\"", ToString(layout));
+  }
+  const bool clockwise = input.value("aop_sense", "") == "clockwise";
+  return (mirrored ? fmt::format("Run again with --aop-sense {}", clockwise ? "anticlockwise" : "clockwise")
+                   : "Look which picture belongs to which angle") +
+         (mirrored && shifted ? ", and look which picture belongs to which angle" : "");
+}
+
+constexpr const char* kWays[] = {"", "the other way", "45 degrees on", "the other way and 45 degrees on"};
+
+std::string AnglesDoNotFit(AopCount count, const nlohmann::json& input) {
+  return fmt::format(
+      "the angles of polarization do not fit the shape that the views agree on; counted {} they would. {}{}",
+      kWays[std::size_t(count)], CureOfAngles(count, input),
+      input.value("kind", "") == "mosaic" ? "; polarscan calibrate layout finds out how a sensor counts"
+                                          : "");
+}
+
+// Of views that are not as the others.
+std::string AnglesOfSomeDoNotFit(const AopFits& fits) {
+  std::vector<std::string> names;
+  for (const auto& [name, fit] : fits.odd) names.push_back(name);
+  return fmt::format(
+      "the angles of polarization of {} do not fit the shape that the other views agree on; counted {} they "
+      "would. Are "
+      "{} turned, mirrored or cut at an odd pixel, or is another camera's among the rest? Take {} out, or "
+      "save {} anew",
+      Enumerate(names), kWays[std::size_t(fits.odd.begin()->second.other)],
+      names.size() == 1 ? "its pictures" : "their pictures", names.size() == 1 ? "it" : "them",
+      names.size() == 1 ? "it" : "them");
+}
+
+// Asks the maps whether the angles are counted as they were said to be; what is wrong is said, and told to
+// the report.
+nlohmann::json CheckAngles(const Scan& scan, const StereoOptions& options, Progress& progress) {
+  const AopFits fits = CheckAop(ChosenViews(ReadWorkspace(scan.dense()), options.views), options, progress);
+  const AopFit& fit = fits.all;
+  nlohmann::json counts = ToJson(fit);
+  for (const auto& [name, own] : fits.odd) counts["odd"][name] = ToJson(own);
+  if (!fits.odd.empty()) {
+    counts["advice"] = AnglesOfSomeDoNotFit(fits);
+    progress.Warn(counts["advice"].get<std::string>());
+  }
+  if (!fit.IsWrong()) return counts;
+  const nlohmann::json views =
+      scan.state().value("options", nlohmann::json::object()).value("views", nlohmann::json::object());
+  counts["advice"] = AnglesDoNotFit(fit.other, views.value("input", nlohmann::json::object()));
+  progress.Warn(counts["advice"].get<std::string>());
+  return counts;
+}
+
+}  // namespace
+
+void CheckKnownPoses(const Input& input, Progress& progress) {
+  if (!input.known_model) return;
+  const bool one_size = input.kind != InputKind::kPhotos;  // photos may differ, and be turned
+  std::vector<View> views;
+  for (const InputView& view : input.views)
+    views.push_back({view.name, one_size ? input.width : 0, one_size ? input.height : 0});
+  std::ranges::sort(views, {}, &View::name);
+  JudgeKnownPoses(ReadKnownPoses(*input.known_model, views, progress),
+                  input.known_model->lexically_normal().string(), false, progress);
+}
+
+void RequireTwoViews(const Input& input) {
+  if (input.views.size() > 1) return;
+  throw Error("there is only one view, and depth needs two at least", input.folder.string(),
+              "Take pictures from all around the object, with much overlap");
+}
+
+SfmOptions WithMasksOf(SfmOptions options, const UndistortOptions& dense) {
+  if (!dense.masks && options.masks == "auto") options.masks = "no";
+  return options;
+}
+
+void RunViews(Scan& scan, const Input& input, const DemosaicOptions& options) {
+  DemosaicOptions effective = options;
+  const Stage stage{
+      "views", {{"input", Meaning(input)}, {"demosaic", ToJson(Table(effective))}}, scan.input()};
+  scan.Run(stage, [&](Progress& progress) -> nlohmann::json {
+    MakeStokesViews(input, scan.views(), options, progress);
+    scan.Note("views", "total", input.views.size());
+    scan.Note("views", "polarized", input.polarized());
+    return {{"views", input.views.size()}};
+  });
+}
+
+void RunSfm(Scan& scan, const std::optional<fs::path>& known_model, const SfmOptions& options) {
+  SfmOptions effective = options;
+  Stage stage{"sfm", ToJson(Table(effective))};
+  stage.options["known-poses"] = known_model ? fs::weakly_canonical(*known_model).string() : "";
+  if (known_model) stage.inputs = HashOfFiles(*known_model);
+  scan.Run(stage, [&](Progress& progress) -> nlohmann::json {
+    const SparseModel model = EstimatePoses(scan.views(), scan.sfm(), known_model, options, progress);
+    scan.Note("views", "registered", model.images.size());
+    const Eigen::Vector3d& offset = model.offset;
+    scan.Note("offset",
+              offset.isZero(0) ? nlohmann::json() : nlohmann::json{offset.x(), offset.y(), offset.z()});
+    return {{"registered", model.images.size()}, {"points", model.points.size()}};
+  });
+}
+
+void RunDense(Scan& scan, const UndistortOptions& options) {
+  UndistortOptions effective = options;
+  scan.Run({"dense", ToJson(Table(effective))}, [&](Progress& progress) -> nlohmann::json {
+    Undistort(scan.views(), ReadSparseModel(scan.sfm() / "model"), scan.dense(), options, progress);
+    return {{"views", ReadWorkspace(scan.dense()).views.size()}};
+  });
+}
+
+void RunStereo(Scan& scan, const StereoOptions& options) {
+  StereoOptions effective = options;
+  scan.Run({"stereo", ToJson(Table(effective))}, [&](Progress& progress) -> nlohmann::json {
+    EstimateMaps(scan.dense(), options, progress);
+    nlohmann::json counts = {{"views", ChosenViews(ReadWorkspace(scan.dense()), options.views).views.size()}};
+    if (options.polarization) counts["angles"] = CheckAngles(scan, options, progress);
+    return counts;
+  });
+}
+
+void RunFusion(Scan& scan, const FusionOptions& options) {
+  FusionOptions effective = options;
+  scan.Run({"fusion", ToJson(Table(effective))}, [&](Progress& progress) -> nlohmann::json {
+    fs::remove(scan.folder() / "offset.txt");  // of an earlier run
+    const CloudSummary cloud = FuseCloud(scan.dense(), scan.cloud(), options, progress);
+    scan.Note("cloud", "points", cloud.points);
+    const nlohmann::json counts = ToJson(cloud);
+    for (const std::string& doubt : Doubts(counts, options.min_views)) progress.Warn(doubt);
+    return counts;
+  });
+}
+
+void RunMesh(Scan& scan, const MeshOptions& options) {
+  MeshOptions effective = options;
+  scan.Run({"mesh", ToJson(Table(effective))}, [&](Progress& progress) -> nlohmann::json {
+    const MeshSummary mesh = MakeMesh(scan.cloud(), scan.dense(), scan.mesh(), options, progress);
+    scan.Note("mesh", "faces", mesh.faces);
+    return ToJson(mesh);
+  });
+}
+
+void RunReport(Scan& scan) {
+  nlohmann::json shown =
+      scan.state().value("options", nlohmann::json::object());  // the options of all stages
+  shown.erase("report");
+  scan.Run({"report", nlohmann::json::object(), ToHex(Hash(ToText(shown)))},
+           [&](Progress& progress) -> nlohmann::json {
+             WriteReport(scan.folder(), scan.report(), progress);
+             return nlohmann::json::object();
+           });
+}
+
+bool MapsWereDamaged(const Scan& scan) {
+  return scan.Counts("fusion").value("damaged", nlohmann::json(0)) > 0;
+}
+
+StereoOptions RecordedStereoOptions(const Scan& scan) {
+  const nlohmann::json::json_pointer place("/options/stereo");
+  if (!scan.state().contains(place))
+    throw Error("the scan does not say how its maps were made", (scan.folder() / "scan.json").string(),
+                "Run polarscan stereo " + scan.folder().string());
+  StereoOptions options;
+  OptionTable table = Table(options);
+  FromJson(scan.state().at(place), table);
+  return options;
+}
+
+StereoOptions StereoOptionsFrom(const CLI::App& command, StereoOptions parsed, const Context& context) {
+  StereoOptions options = StereoPreset(parsed.preset);
+  OptionTable table = Table(options);
+  FromJson(GivenOptions(command, Table(parsed)), table);
+  options.seed = int(context.seed);
+  return options;
+}
+
+}  // namespace polarscan

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "acquisition/input/input.h"
+#include "apps/command.h"
+#include "pipeline/scan.h"
+#include "demosaic/method.h"
+#include "fusion/cloud/fuse.h"
+#include "pipeline/meshing.h"
+#include "stereo/dense/undistort.h"
+#include "pipeline/stereo/stereo.h"
+#include "stereo/sfm/sfm.h"
+
+namespace polarscan {
+
+// Opens the known poses that lie beside the input's pictures, if any, so that what is wrong with them shows
+// before anything is made. Throws and warns as ReadKnownPoses and
+// JudgeKnownPoses do.
+void CheckKnownPoses(const Input& input, Progress& progress);
+
+// Throws Error if the input has fewer than two views, which show no depth.
+void RequireTwoViews(const Input& input);
+
+// Structure from motion's options where masks may have been switched off for the whole scan: then they are
+// for poses too, unless they were asked for.
+SfmOptions WithMasksOf(SfmOptions options, const UndistortOptions& dense);
+
+// The stages of a scan: each calls its library function through Scan::Run, so that it is skipped where its
+// result is valid, and records its options and counts. The order is that of the functions here.
+void RunViews(Scan& scan, const Input& input, const DemosaicOptions& options);
+void RunSfm(Scan& scan, const std::optional<std::filesystem::path>& known_model, const SfmOptions& options);
+void RunDense(Scan& scan, const UndistortOptions& options);
+void RunStereo(Scan& scan, const StereoOptions& options);
+void RunFusion(Scan& scan, const FusionOptions& options);
+void RunMesh(Scan& scan, const MeshOptions& options);
+void RunReport(Scan& scan);
+
+// Whether fusion left out views because of damaged maps: then it is done, but data was lost.
+bool MapsWereDamaged(const Scan& scan);
+
+// The options of the scan's stereo stage as scan.json holds them. Throws Error if it holds none.
+StereoOptions RecordedStereoOptions(const Scan& scan);
+
+// Stereo's options from the command line: those of the preset that was asked for, with what else was given on
+// top.
+StereoOptions StereoOptionsFrom(const CLI::App& command, StereoOptions parsed, const Context& context);
+
+}  // namespace polarscan

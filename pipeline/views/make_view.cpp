@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <numbers>
+
+#include "pipeline/views/views.h"
+
+namespace polarscan {
+namespace {
+
+// Values of aop/ in radians, anticlockwise or not as the source has it.
+Image<float> AopRadians(const Picture& picture, const std::string& scale) {
+  const bool radians = scale == "radians" || (scale == "auto" && picture.bits == 32);
+  const double unit = radians              ? 1
+                      : scale == "degrees" ? std::numbers::pi / 180
+                                           : std::numbers::pi / picture.full_scale;
+  Image<float> aop = picture.planes[0];
+  for (float& value : aop.pixels()) value = float(value * unit);
+  return aop;
+}
+
+Image<float> Dop(const Picture& picture) {
+  Image<float> dop = picture.planes[0];
+  for (float& value : dop.pixels()) value /= picture.full_scale;
+  return dop;
+}
+
+PolarView MakeUnmirrored(const Input& input, const LoadedView& loaded, const DemosaicOptions& options) {
+  const std::vector<Picture>& p = loaded.pictures;
+  switch (input.kind) {
+    case InputKind::kMosaic:
+      if (p.size() == 1) CheckMosaic(p[0].planes[0], input.sensor, loaded.name);
+      return ViewFromLight(MosaicOf(input, loaded), input.sensor, FindDemosaicMethod(options.method));
+    case InputKind::kAngles:
+      return input.angles == Input().angles ? ViewFromAngles({&p[0], &p[1], &p[2], &p[3]}, input.sensor)
+                                            : ViewFromPolarizer(p, input.angles, input.sensor);
+    case InputKind::kStokes:
+      return ViewFromStokes({&p[0], &p[1], &p[2]}, p.size() > 3 ? &p[3].planes[0] : nullptr);
+    case InputKind::kRgbAopDop:
+      return ViewFromAopDop(p[0], AopRadians(p[1], input.aop_scale), Dop(p[2]), input.sensor);
+    default:
+      return ViewFromPhoto(p[0], input.sensor);
+  }
+}
+
+}  // namespace
+
+PolarView MakeView(const Input& input, const LoadedView& loaded, const DemosaicOptions& options) {
+  PolarView view = MakeUnmirrored(input, loaded, options);
+  if (input.clockwise) Mirror(view);
+  return view;
+}
+
+}  // namespace polarscan

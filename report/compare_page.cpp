@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/compare_page.h"
+
+#include "evaluation/table.h"
+#include "report/page_text.h"
+#include "report/pages.h"
+#include "core/files.h"
+#include "core/image_io.h"
+#include "demosaic/false_colour.h"
+
+namespace polarscan {
+namespace {
+
+using nlohmann::json;
+
+constexpr int kQuality = 82;
+
+// {view: {depth: JPEG in base64, normal}}
+json ToPage(const std::vector<ErrorPictures>& pictures) {
+  json page = json::object();
+  for (const ErrorPictures& each : pictures) {
+    page[each.view]["depth"] = Base64(EncodeJpeg(each.depth, kQuality));
+    if (!each.normal.empty()) page[each.view]["normal"] = Base64(EncodeJpeg(each.normal, kQuality));
+  }
+  return page;
+}
+
+}  // namespace
+
+void WriteComparison(const std::filesystem::path& html, const std::string& truth,
+                     const std::vector<NamedEvaluation>& evaluations,
+                     const std::vector<std::vector<ErrorPictures>>& pictures) {
+  json data = {{"truth", truth},
+               {"rows", ComparisonRows(evaluations)},
+               {"limits", evaluations[0].evaluation.value("pictures", json::object())},
+               {"heat", PaletteBase64(HeatPalette())}};
+  for (std::size_t i = 0; i < evaluations.size(); ++i)
+    data["scans"].push_back({{"name", evaluations[i].name},
+                             {"input", evaluations[i].evaluation.at("input")},
+                             {"colour", SeriesColour(i)},
+                             {"pictures", ToPage(pictures[i])}});
+  for (const CurveDrawing& drawing : DrawCurves(evaluations)) data["curves"].push_back(drawing.svg);
+  WriteFileAtomically(html, Fill(kCompareHtml, {{"{{style}}", kReportCss}, {"{{data}}", EscapeJson(data)}}));
+}
+
+}  // namespace polarscan

@@ -1,0 +1,17 @@
+# cmake -DPAGES=kName=FILE|FILE...,... -DOUTPUT=pages.cpp -P embed.cmake: the pages' files, those of a name joined, as
+# C++ constants (pages.h).
+string(REPLACE "," ";" PAGES "${PAGES}")
+file(WRITE ${OUTPUT}.part "#include \"report/pages.h\"\nnamespace polarscan {\n")
+foreach(page ${PAGES})
+  string(REGEX MATCH "^([^=]+)=(.+)$" unused ${page})
+  set(name ${CMAKE_MATCH_1})
+  string(REPLACE "|" ";" files ${CMAKE_MATCH_2})
+  file(APPEND ${OUTPUT}.part "const char ${name}[] =\n")
+  foreach(file ${files})
+    file(READ ${file} text)
+    file(APPEND ${OUTPUT}.part "R\"page(${text})page\"\n")
+  endforeach()
+  file(APPEND ${OUTPUT}.part ";\n")
+endforeach()
+file(APPEND ${OUTPUT}.part "}  // namespace polarscan\n")
+file(RENAME ${OUTPUT}.part ${OUTPUT})
