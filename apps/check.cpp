@@ -5,14 +5,14 @@
 #include <functional>
 
 #include "acquisition/session/session.h"
-#include "pipeline/check_files.h"
 #include "apps/check_input.h"
 #include "apps/check_session.h"
-#include "pipeline/scan.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/image_io.h"
 #include "demosaic/calibration/calibration.h"
+#include "pipeline/check_files.h"
+#include "pipeline/scan.h"
 #include "stereo/dense/colmap_workspace.h"
 
 namespace polarscan {

@@ -6,9 +6,9 @@
 #include <algorithm>
 
 #include "acquisition/input/masks.h"
+#include "core/error.h"
 #include "pipeline/check_files.h"
 #include "pipeline/stages.h"
-#include "core/error.h"
 #include "stereo/sfm/known_poses.h"
 #include "stereo/sfm/model/model.h"
 

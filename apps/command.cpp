@@ -149,4 +149,12 @@ nlohmann::json GivenOptions(const CLI::App& command, const OptionTable& table) {
   return given;
 }
 
+StereoOptions StereoOptionsFrom(const CLI::App& command, StereoOptions parsed, const Context& context) {
+  StereoOptions options = StereoPreset(parsed.preset);
+  OptionTable table = Table(options);
+  FromJson(GivenOptions(command, Table(parsed)), table);
+  options.seed = int(context.seed);
+  return options;
+}
+
 }  // namespace polarscan

@@ -9,6 +9,7 @@
 #include "apps/terminal.h"
 #include "core/error.h"
 #include "core/options.h"
+#include "stereo/options.h"
 
 namespace polarscan {
 
@@ -57,6 +58,10 @@ CLI::Validator IsBetween(double min, double max);
 // {name: value} of the rows that the command line or the configuration file set: what goes on top of a
 // preset.
 nlohmann::json GivenOptions(const CLI::App& command, const OptionTable& table);
+
+// Stereo's options from the command line: those of the preset that was asked for, with what else was given on
+// top.
+StereoOptions StereoOptionsFrom(const CLI::App& command, StereoOptions parsed, const Context& context);
 
 // Does work that nothing is left of when it is stopped, for which it gets the time that it needs: `left` then
 // says what there is instead of advice to go on.

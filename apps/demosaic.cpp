@@ -3,9 +3,9 @@
 
 #include "acquisition/input/forms.h"
 #include "apps/command.h"
-#include "pipeline/views/views.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "pipeline/views/views.h"
 
 namespace polarscan {
 namespace fs = std::filesystem;

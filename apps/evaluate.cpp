@@ -5,12 +5,12 @@
 #include <set>
 
 #include "apps/command.h"
-#include "report/compare_page.h"
-#include "evaluation/evaluate_scan.h"
-#include "evaluation/table.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/similarity.h"
+#include "evaluation/evaluate_scan.h"
+#include "evaluation/table.h"
+#include "report/compare_page.h"
 
 namespace polarscan {
 namespace {

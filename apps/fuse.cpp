@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "pipeline/stages.h"
+#include "apps/command.h"
 #include "core/files.h"
 #include "fusion/cloud/cloud.h"
+#include "pipeline/stages.h"
 #include "stereo/dense/colmap_workspace.h"
 
 namespace polarscan {

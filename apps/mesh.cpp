@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "pipeline/stages.h"
+#include "apps/command.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "fusion/mesh_files.h"
+#include "pipeline/stages.h"
 
 namespace polarscan {
 namespace fs = std::filesystem;

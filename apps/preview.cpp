@@ -10,12 +10,12 @@
 #include <mutex>
 #include <thread>
 
-#include "report/pages.h"
-#include "report/pictures.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/image_io.h"
 #include "demosaic/false_colour.h"
+#include "report/pages.h"
+#include "report/pictures.h"
 
 namespace polarscan {
 namespace {

@@ -5,9 +5,11 @@
 #include <algorithm>
 
 #include "acquisition/input/masks.h"
-#include "pipeline/stages.h"
+#include "apps/command.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "pipeline/stages.h"
+#include "report/report.h"
 
 namespace polarscan {
 namespace fs = std::filesystem;

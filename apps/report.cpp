@@ -2,9 +2,9 @@
 #include <fmt/format.h>
 
 #include "apps/command.h"
-#include "report/report.h"
-#include "pipeline/scan.h"
 #include "core/files.h"
+#include "pipeline/scan.h"
+#include "report/report.h"
 
 namespace polarscan {
 namespace {

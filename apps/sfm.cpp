@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include "apps/command.h"
 #include "pipeline/stages.h"
 
 namespace polarscan {

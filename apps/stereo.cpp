@@ -3,9 +3,10 @@
 
 #include <charconv>
 
-#include "pipeline/stages.h"
+#include "apps/command.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "pipeline/stages.h"
 #include "pipeline/stereo/surface_maps.h"
 #include "stereo/dense/colmap_workspace.h"
 #include "stereo/workspace.h"

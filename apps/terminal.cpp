@@ -100,13 +100,6 @@ std::string FitTo(const std::string& line, int columns) {
   return text;
 }
 
-std::string FormatDuration(double seconds) {
-  const long s = std::lround(std::max(seconds, 0.0));
-  if (s < 60) return fmt::format("{} s", s);
-  if (s < 3600) return fmt::format("{} min {:02} s", s / 60, s % 60);
-  return fmt::format("{} h {:02} min", s / 3600, s % 3600 / 60);
-}
-
 Terminal::Terminal() : in_place_(IsTerminal()) {
   const auto mode = WantsColour() ? spdlog::color_mode::always : spdlog::color_mode::never;
   auto sink = std::make_shared<spdlog::sinks::stderr_color_sink_mt>(mode);

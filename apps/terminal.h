@@ -36,9 +36,9 @@ class Terminal : public Progress {
       const std::string& line);  // instead of a step's progress: redrawn in place, elsewhere now and then
   void Fail(const std::string& message);  // an error, in red
   void Say(const std::string& message);   // shown also with --quiet: a command's result
-  void End();                             // the current step is over: its line disappears
+  void End() override;                    // its line disappears
 
-  std::vector<std::string> TakeWarnings();
+  std::vector<std::string> TakeWarnings() override;
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -64,8 +64,5 @@ class Terminal : public Progress {
 // As much of the line as takes at most `columns` columns of a terminal (wide characters take two), without
 // control characters. Where it must be cut, behind a whole part ("..., "), else a whole word.
 std::string FitTo(const std::string& line, int columns);
-
-// "4 s", "3 min 20 s", "2 h 05 min".
-std::string FormatDuration(double seconds);
 
 }  // namespace polarscan

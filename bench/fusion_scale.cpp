@@ -13,10 +13,10 @@
 
 #include "core/parallel.h"
 #include "fusion/cloud/fuse.h"
-#include "pipeline/stereo/surface_maps.h"
-#include "stereo/dense/crop.h"
 #include "pipeline/stereo/done_list.h"
 #include "pipeline/stereo/stage_inputs.h"
+#include "pipeline/stereo/surface_maps.h"
+#include "stereo/dense/crop.h"
 #include "tests/fusion/sphere_scene.h"
 
 using namespace polarscan;

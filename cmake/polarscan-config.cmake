@@ -1,4 +1,4 @@
-# find_package(polarscan) gives polarscan::core, polarscan::demosaic, polarscan::acquisition, polarscan::stereo, polarscan::fusion.
+# find_package(polarscan) gives polarscan::core, demosaic, acquisition, simulation, stereo, fusion, evaluation, pipeline, report.
 include(CMakeFindDependencyMacro)
 list(PREPEND CMAKE_MODULE_PATH ${CMAKE_CURRENT_LIST_DIR})
 find_dependency(Eigen3)

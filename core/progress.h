@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstddef>
 #include <string>
+#include <vector>
 
 #include "core/error.h"
 
@@ -22,6 +23,10 @@ class Progress {
   // Something the user should know, which does not stop the work.
   virtual void Warn(const std::string& /*message*/) {}
   virtual void Info(const std::string& /*message*/) {}
+  // The current step is over.
+  virtual void End() {}
+  // The warnings since the last call, where they are kept.
+  virtual std::vector<std::string> TakeWarnings() { return {}; }
 
   void Cancel() { cancelled_ = true; }
   bool cancelled() const { return cancelled_; }

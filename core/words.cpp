@@ -83,6 +83,13 @@ std::string Excerpt(std::string_view text) {
   return text.size() > 40 ? excerpt + "..." : excerpt;
 }
 
+std::string FormatDuration(double seconds) {
+  const long s = std::lround(std::max(seconds, 0.0));
+  if (s < 60) return fmt::format("{} s", s);
+  if (s < 3600) return fmt::format("{} min {:02} s", s / 60, s % 60);
+  return fmt::format("{} h {:02} min", s / 3600, s % 3600 / 60);
+}
+
 std::string EscapeHtml(const std::string& text) {
   std::string escaped;
   for (char c : text) escaped += c == '<' ? "&lt;" : c == '&' ? "&amp;" : std::string(1, c);

@@ -39,6 +39,9 @@ std::optional<T> ToNumber(std::string_view word) {
   return value;
 }
 
+// "4 s", "3 min 20 s", "2 h 05 min".
+std::string FormatDuration(double seconds);
+
 // Text between the tags of HTML or SVG.
 std::string EscapeHtml(const std::string& text);
 

@@ -52,11 +52,11 @@ using PointErrorSink = std::function<void(const std::vector<double>& errors)>;
 // Depth and normal errors of a workspace's maps against the truth, cast through the pixel centres of its
 // cameras after truth_from_scan has moved them (and scaled the depths). Object pixels: the ray meets the
 // object before its surroundings. Per view and as the mean over views: {object_pixels, completeness, beyond
-// (share of estimated pixels that are off the object), depth, normal_degrees} (evaluation/error_statistics.h).
-// Depths in units of the truth. curves {depth, normal_degrees}: over all object pixels of all views together,
-// up to the greatest threshold, a missing pixel being below none (ErrorCurve). Views without maps are left
-// out and counted. `sink` gets the errors of each view, in order. Throws Error if there are none or one is
-// damaged.
+// (share of estimated pixels that are off the object), depth, normal_degrees}
+// (evaluation/error_statistics.h). Depths in units of the truth. curves {depth, normal_degrees}: over all
+// object pixels of all views together, up to the greatest threshold, a missing pixel being below none
+// (ErrorCurve). Views without maps are left out and counted. `sink` gets the errors of each view, in order.
+// Throws Error if there are none or one is damaged.
 nlohmann::json EvaluateMaps(const Workspace& workspace, const Similarity& truth_from_scan, const Truth& truth,
                             const EvaluateOptions& options, Progress& progress,
                             const ErrorMapSink& sink = {});

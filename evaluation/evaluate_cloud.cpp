@@ -9,8 +9,8 @@
 #include "core/parallel.h"
 #include "evaluation/error_statistics.h"
 #include "evaluation/evaluate.h"
-#include "fusion/surface/surface.h"
 #include "evaluation/thresholds.h"
+#include "fusion/surface/surface.h"
 
 namespace polarscan {
 namespace {

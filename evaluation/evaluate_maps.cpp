@@ -10,8 +10,8 @@
 #include "core/parallel.h"
 #include "evaluation/error_statistics.h"
 #include "evaluation/evaluate.h"
-#include "fusion/cloud/maps.h"
 #include "evaluation/thresholds.h"
+#include "fusion/cloud/maps.h"
 #include "stereo/map_io.h"
 
 namespace polarscan {

@@ -8,14 +8,14 @@
 #include <limits>
 #include <optional>
 
-#include "evaluation/files.h"
-#include "evaluation/pictures.h"
-#include "core/shrink.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/ply.h"
-#include "fusion/cloud/cloud.h"
+#include "core/shrink.h"
+#include "evaluation/files.h"
+#include "evaluation/pictures.h"
 #include "evaluation/thresholds.h"
+#include "fusion/cloud/cloud.h"
 #include "stereo/sfm/alignment.h"
 
 namespace polarscan {

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <set>
 
-#include "evaluation/pictures.h"
-#include "evaluation/plots.h"
 #include "core/files.h"
 #include "core/image_io.h"
+#include "evaluation/pictures.h"
+#include "evaluation/plots.h"
 #include "fusion/cloud/cloud.h"
 
 namespace fs = std::filesystem;

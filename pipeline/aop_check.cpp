@@ -15,8 +15,8 @@
 #include "core/parallel.h"
 #include "core/random.h"
 #include "fusion/cloud/maps.h"
-#include "stereo/map_io.h"
 #include "stereo/costs/view.h"
+#include "stereo/map_io.h"
 
 namespace polarscan {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "core/progress.h"
-#include "stereo/workspace.h"
 #include "stereo/options.h"
+#include "stereo/workspace.h"
 
 namespace polarscan {
 

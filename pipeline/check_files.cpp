@@ -13,8 +13,8 @@
 #include "core/image_io.h"
 #include "core/ply.h"
 #include "stereo/map_io.h"
-#include "stereo/workspace.h"
 #include "stereo/sfm/model/model.h"
+#include "stereo/workspace.h"
 
 namespace polarscan {
 namespace {

@@ -7,15 +7,15 @@
 #include <utility>
 
 #include "core/error.h"
-#include "fusion/surface/poisson/close_surface.h"
 #include "fusion/surface/dress_mesh.h"
 #include "fusion/surface/mesh_topology.h"
+#include "fusion/surface/poisson/close_surface.h"
 #include "fusion/surface/poisson/poisson.h"
 #include "fusion/surface/silhouettes.h"
 #include "fusion/surface/simplify.h"
 #include "fusion/surface/surface.h"
-#include "stereo/dense/load_view.h"
 #include "stereo/costs/view.h"
+#include "stereo/dense/load_view.h"
 
 namespace polarscan {
 namespace {

@@ -42,9 +42,9 @@ nlohmann::json ToJson(const MeshSummary& summary);
 // What MakeMesh would do with this cloud: points, depth and cell of the summary; writes nothing.
 MeshSummary PlanMesh(const std::filesystem::path& cloud_ply, const MeshOptions& options);
 
-// The surface of a cloud: a Poisson surface (fusion/surface/poisson/poisson.h), closed or cut where there are no points
-// (fusion/surface/poisson/close_surface.h), and where there is polarization or a mask its triangles divided to the size of
-// their pixels and refined by them (fusion/surface/refine.h).
+// The surface of a cloud: a Poisson surface (fusion/surface/poisson/poisson.h), closed or cut where there are
+// no points (fusion/surface/poisson/close_surface.h), and where there is polarization or a mask its triangles
+// divided to the size of their pixels and refined by them (fusion/surface/refine.h).
 struct CloudSurface {
   TriangleMesh mesh;
   std::vector<bool> far;  // vertices that no points bear out
@@ -56,9 +56,9 @@ CloudSurface MakeSurface(const std::vector<CloudPoint>& cloud, const Workspace& 
 // view sees any.
 double PixelSize(const std::vector<CloudPoint>& cloud, const Workspace& workspace);
 
-// The surface of a scan's cloud, with fewer faces if asked for (fusion/surface/simplify.h), and with the colours of
-// the nearest points; written to `mesh_ply`. Same bytes for any number of threads. Throws Error if the cloud
-// is missing, has no normals, or makes no surface.
+// The surface of a scan's cloud, with fewer faces if asked for (fusion/surface/simplify.h), and with the
+// colours of the nearest points; written to `mesh_ply`. Same bytes for any number of threads. Throws Error if
+// the cloud is missing, has no normals, or makes no surface.
 MeshSummary MakeMesh(const std::filesystem::path& cloud_ply, const std::filesystem::path& dense,
                      const std::filesystem::path& mesh_ply, const MeshOptions& options, Progress& progress);
 

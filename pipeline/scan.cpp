@@ -147,9 +147,9 @@ const std::vector<std::string>& StageNames() {
   return names;
 }
 
-Scan::Scan(const fs::path& folder, Terminal& terminal, Mode mode)
+Scan::Scan(const fs::path& folder, Progress& progress, Mode mode)
     : folder_(folder),
-      terminal_(&terminal),
+      progress_(&progress),
       mode_(mode),
       checksums_(folder),
       lock_(mode == Mode::kWork ? LockFolder(folder, "scan") : Descriptor(-1)) {}
@@ -163,7 +163,7 @@ void Scan::ReadState() {
   } catch (const Error& problem) {
     state_ = nlohmann::json::object();
     if (mode_ == Mode::kWork) fs::rename(path, folder_ / "scan.json.damaged");
-    terminal_->Warn(
+    progress_->Warn(
         fmt::format("{}; kept as scan.json.damaged, each stage is looked at again", problem.what()));
   }
 }
@@ -182,7 +182,7 @@ void Scan::CheckInput(const std::string& input) const {
 }
 
 Scan Scan::OpenOrCreate(const fs::path& folder, const fs::path& input, std::uint64_t fingerprint,
-                        Terminal& terminal) {
+                        Progress& progress) {
   const bool is_scan = fs::exists(folder / kFile) || fs::exists(folder / "scan.json.damaged");
   if (!is_scan && fs::is_directory(folder)) {
     for (const fs::directory_entry& entry : fs::directory_iterator(folder))
@@ -191,7 +191,7 @@ Scan Scan::OpenOrCreate(const fs::path& folder, const fs::path& input, std::uint
                     "Choose a new folder with -o");
   }
   CreateFolder(folder);
-  Scan scan(folder, terminal);
+  Scan scan(folder, progress);
   scan.ReadState();
   const std::string input_name = fs::weakly_canonical(input).string();
   scan.CheckInput(input_name);
@@ -204,19 +204,19 @@ Scan Scan::OpenOrCreate(const fs::path& folder, const fs::path& input, std::uint
 }
 
 Scan Scan::Plan(const fs::path& folder, const fs::path& input, std::uint64_t fingerprint,
-                Terminal& terminal) {
-  Scan scan(folder, terminal, Mode::kPlan);
+                Progress& progress) {
+  Scan scan(folder, progress, Mode::kPlan);
   scan.ReadState();
   scan.CheckInput(fs::weakly_canonical(input).string());
   scan.input_ = ToHex(fingerprint);
   return scan;
 }
 
-Scan Scan::Open(const fs::path& folder, Terminal& terminal) {
+Scan Scan::Open(const fs::path& folder, Progress& progress) {
   if (!fs::exists(folder / kFile))
     throw Error("this folder holds no scan (no scan.json)", folder.string(),
                 "Make one: polarscan reconstruct INPUT -o SCAN");
-  Scan scan(folder, terminal);
+  Scan scan(folder, progress);
   scan.state_ = ReadStateFile(folder / kFile);
   return scan;
 }
@@ -258,26 +258,26 @@ void Scan::AddToPlan(const Stage& stage) {
     why = fmt::format("unless stage {} comes out the same again", remade->name);
   const bool done = why.empty();
   plan_.push_back({stage.name, done, why});
-  terminal_->Info(done ? fmt::format("{:<8} done before", stage.name)
+  progress_->Info(done ? fmt::format("{:<8} done before", stage.name)
                        : fmt::format("{:<8} to be made: {}", stage.name, why));
   if (done) Follow(stage.name);  // what a stage to be made will leave, nobody knows
 }
 
 void Scan::Run(const Stage& stage, const Work& work) {
-  terminal_->Check();
+  progress_->Check();
   if (mode_ == Mode::kPlan) return AddToPlan(stage);
   if (const std::string why = WhyNotDone(stage); why.empty()) {
-    terminal_->Info(fmt::format("{:<8} done before", stage.name));
+    progress_->Info(fmt::format("{:<8} done before", stage.name));
   } else {
     if (!StageRecord(state_, stage.name).empty())
-      terminal_->Info(fmt::format("{:<8} again: {}", stage.name, why));
+      progress_->Info(fmt::format("{:<8} again: {}", stage.name, why));
     Make(stage, work);
   }
   Follow(stage.name);
 }
 
 void Scan::Make(const Stage& stage, const Work& work) {
-  terminal_->TakeWarnings();
+  progress_->TakeWarnings();
   state_["options"][stage.name] = stage.options;
   state_["options_hash"] = ToHex(Hash(ToText(state_["options"])));
   nlohmann::json& record = state_["stages"][stage.name];
@@ -288,14 +288,14 @@ void Scan::Make(const Stage& stage, const Work& work) {
 
   const auto begin = std::chrono::steady_clock::now();
   const auto finish = [&](const char* state) {
-    terminal_->End();
+    progress_->End();
     record["state"] = state;
     record["seconds"] = SecondsSince(begin);
-    record["warnings"] = terminal_->TakeWarnings();
+    record["warnings"] = progress_->TakeWarnings();
     Save();
   };
   try {
-    record["counts"] = work(*terminal_);
+    record["counts"] = work(*progress_);
     const FileSums made = checksums_.Measure(OutputsOf(stage.name));
     if (FilesBelow(folder_ / OutputsOf(stage.name).front()).empty())
       throw Error("this stage left no result", (folder_ / OutputsOf(stage.name).front()).string());
@@ -313,7 +313,7 @@ void Scan::Make(const Stage& stage, const Work& work) {
     }
     throw;
   }
-  terminal_->Info(fmt::format("{:<8} {} ({})", stage.name, CountsText(record["counts"]),
+  progress_->Info(fmt::format("{:<8} {} ({})", stage.name, CountsText(record["counts"]),
                               FormatDuration(record["seconds"].get<double>())));
 }
 
@@ -332,7 +332,7 @@ void Scan::ContinueAfter(const std::string& last) {
     const FileSums found = checksums_.Measure(OutputsOf(name));
     before_[name] = Digest(found);  // a file changed by hand counts as it is
     if (record.contains("outputs") && before_[name] != record["outputs"])
-      terminal_->Warn(fmt::format("stage {} is taken as it is, though {}", name,
+      progress_->Warn(fmt::format("stage {} is taken as it is, though {}", name,
                                   Difference(checksums_.Recorded(name), found)));
     if (name == last) return;
   }
@@ -355,8 +355,8 @@ std::vector<ScanFinding> Scan::Check() const {
     const nlohmann::json record = StageRecord(state_, stage);
     if (record.value("state", "") != "done") continue;
     const FileSums& recorded = checksums_.Recorded(stage);
-    terminal_->Begin("checking the files of " + stage, recorded.size(), "file");
-    const FileSums found = checksums_.Measure(OutputsOf(stage), true, *terminal_);
+    progress_->Begin("checking the files of " + stage, recorded.size(), "file");
+    const FileSums found = checksums_.Measure(OutputsOf(stage), true, *progress_);
     const std::size_t before = findings.size();
     const std::string digest = record.value("outputs", "");
     if (!recorded.empty())  // without, nothing is known of single files

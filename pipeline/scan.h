@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/checksums.h"
-#include "apps/terminal.h"
 #include "core/descriptor.h"
+#include "core/progress.h"
+#include "pipeline/checksums.h"
 
 namespace polarscan {
 
@@ -38,22 +38,22 @@ struct ScanFinding {
 
 // A scan folder and its scan.json: which stages are done, with which options, and what came out. A stage is
 // done while its options, its inputs, the program's version, the files of all stages before it and its own
-// files are what they were, by checksums (pipeline/checksums.h); what earlier stages are made anew to the same
-// bytes costs nothing later. scan.json is replaced atomically before and after each stage: a program that is
-// killed at any moment leaves a scan that the same command goes on with. One process at a time may work on a
-// scan (a lock held until the end).
+// files are what they were, by checksums (pipeline/checksums.h); what earlier stages are made anew to the
+// same bytes costs nothing later. scan.json is replaced atomically before and after each stage: a program
+// that is killed at any moment leaves a scan that the same command goes on with. One process at a time may
+// work on a scan (a lock held until the end).
 class Scan {
  public:
   // Makes the folder, or goes on with the scan of the same input in it. `fingerprint` stands for the input's
   // content. Throws Error if the folder holds other files, the scan of another input, or is in use by another
   // process.
   static Scan OpenOrCreate(const std::filesystem::path& folder, const std::filesystem::path& input,
-                           std::uint64_t fingerprint, Terminal& terminal);
+                           std::uint64_t fingerprint, Progress& progress);
   // The same for a dry run: the folder is not touched, Run only adds to plan().
   static Scan Plan(const std::filesystem::path& folder, const std::filesystem::path& input,
-                   std::uint64_t fingerprint, Terminal& terminal);
+                   std::uint64_t fingerprint, Progress& progress);
   // Opens an existing scan to run single stages again. Throws Error if the folder holds none.
-  static Scan Open(const std::filesystem::path& folder, Terminal& terminal);
+  static Scan Open(const std::filesystem::path& folder, Progress& progress);
 
   std::filesystem::path views() const { return folder_ / "views"; }
   std::filesystem::path sfm() const { return folder_ / "sfm"; }
@@ -94,7 +94,7 @@ class Scan {
 
  private:
   enum class Mode { kWork, kPlan };
-  Scan(const std::filesystem::path& folder, Terminal& terminal, Mode mode = Mode::kWork);
+  Scan(const std::filesystem::path& folder, Progress& progress, Mode mode = Mode::kWork);
   void ReadState();
   std::string InputFromHere(const std::string& input) const;
   void CheckInput(const std::string& input) const;
@@ -105,7 +105,7 @@ class Scan {
   void Save();
 
   std::filesystem::path folder_;
-  Terminal* terminal_;
+  Progress* progress_;
   Mode mode_ = Mode::kWork;
   nlohmann::json state_ = nlohmann::json::object();
   Checksums checksums_;

@@ -4,17 +4,16 @@
 #include <fmt/format.h>
 #include <algorithm>
 
-#include "report/report.h"
-#include "pipeline/views/views.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/words.h"
 #include "demosaic/layout.h"
 #include "pipeline/aop_check.h"
 #include "pipeline/stereo/surface_maps.h"
-#include "stereo/workspace.h"
+#include "pipeline/views/views.h"
 #include "stereo/sfm/known_poses.h"
 #include "stereo/sfm/verdict.h"
+#include "stereo/workspace.h"
 
 namespace polarscan {
 namespace fs = std::filesystem;
@@ -175,17 +174,6 @@ void RunMesh(Scan& scan, const MeshOptions& options) {
   });
 }
 
-void RunReport(Scan& scan) {
-  nlohmann::json shown =
-      scan.state().value("options", nlohmann::json::object());  // the options of all stages
-  shown.erase("report");
-  scan.Run({"report", nlohmann::json::object(), ToHex(Hash(ToText(shown)))},
-           [&](Progress& progress) -> nlohmann::json {
-             WriteReport(scan.folder(), scan.report(), progress);
-             return nlohmann::json::object();
-           });
-}
-
 bool MapsWereDamaged(const Scan& scan) {
   return scan.Counts("fusion").value("damaged", nlohmann::json(0)) > 0;
 }
@@ -198,14 +186,6 @@ StereoOptions RecordedStereoOptions(const Scan& scan) {
   StereoOptions options;
   OptionTable table = Table(options);
   FromJson(scan.state().at(place), table);
-  return options;
-}
-
-StereoOptions StereoOptionsFrom(const CLI::App& command, StereoOptions parsed, const Context& context) {
-  StereoOptions options = StereoPreset(parsed.preset);
-  OptionTable table = Table(options);
-  FromJson(GivenOptions(command, Table(parsed)), table);
-  options.seed = int(context.seed);
   return options;
 }
 

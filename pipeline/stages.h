@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "acquisition/input/input.h"
-#include "apps/command.h"
-#include "pipeline/scan.h"
 #include "demosaic/method.h"
 #include "fusion/cloud/fuse.h"
 #include "pipeline/meshing.h"
-#include "stereo/dense/undistort.h"
+#include "pipeline/scan.h"
 #include "pipeline/stereo/stereo.h"
+#include "stereo/dense/undistort.h"
 #include "stereo/sfm/sfm.h"
 
 namespace polarscan {
@@ -32,16 +31,11 @@ void RunDense(Scan& scan, const UndistortOptions& options);
 void RunStereo(Scan& scan, const StereoOptions& options);
 void RunFusion(Scan& scan, const FusionOptions& options);
 void RunMesh(Scan& scan, const MeshOptions& options);
-void RunReport(Scan& scan);
 
 // Whether fusion left out views because of damaged maps: then it is done, but data was lost.
 bool MapsWereDamaged(const Scan& scan);
 
 // The options of the scan's stereo stage as scan.json holds them. Throws Error if it holds none.
 StereoOptions RecordedStereoOptions(const Scan& scan);
-
-// Stereo's options from the command line: those of the preset that was asked for, with what else was given on
-// top.
-StereoOptions StereoOptionsFrom(const CLI::App& command, StereoOptions parsed, const Context& context);
 
 }  // namespace polarscan

@@ -14,8 +14,8 @@
 #include "pipeline/stereo/surface_maps.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
-#include "stereo/map_io.h"
 #include "stereo/dense/source_views.h"
+#include "stereo/map_io.h"
 #include "stereo/workspace.h"
 
 namespace polarscan::python {

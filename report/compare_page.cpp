@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/compare_page.h"
 
-#include "evaluation/table.h"
-#include "report/page_text.h"
-#include "report/pages.h"
 #include "core/files.h"
 #include "core/image_io.h"
 #include "demosaic/false_colour.h"
+#include "evaluation/table.h"
+#include "report/page_text.h"
+#include "report/pages.h"
 
 namespace polarscan {
 namespace {

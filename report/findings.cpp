@@ -8,9 +8,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "report/cloud.h"
 #include "core/statistics.h"
 #include "fusion/cloud/fuse.h"
+#include "report/cloud.h"
 
 namespace polarscan {
 namespace {

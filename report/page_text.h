@@ -10,7 +10,6 @@
 
 namespace polarscan {
 
-
 // JSON inside of <script>: no "<", so that no text can end the script. Bytes that are not UTF-8 are replaced.
 std::string EscapeJson(const nlohmann::json& value);
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/pictures.h"
 
-#include "core/statistics.h"
-#include "core/shrink.h"
-#include "report/page_text.h"
 #include "core/error.h"
 #include "core/image_io.h"
+#include "core/shrink.h"
+#include "core/statistics.h"
 #include "demosaic/false_colour.h"
+#include "report/page_text.h"
 #include "stereo/map_io.h"
 
 namespace fs = std::filesystem;

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/report.h"
 
-#include "evaluation/files.h"
-#include "evaluation/plots.h"
-#include "core/words.h"
-#include "report/page_text.h"
-#include "report/pages.h"
-#include "report/cloud.h"
-#include "report/findings.h"
-#include "report/mesh.h"
-#include "report/views.h"
-#include "pipeline/scan.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/image_io.h"
+#include "core/words.h"
 #include "demosaic/false_colour.h"
+#include "evaluation/files.h"
+#include "evaluation/plots.h"
 #include "fusion/cloud/fuse.h"
+#include "pipeline/scan.h"
+#include "report/cloud.h"
+#include "report/findings.h"
+#include "report/mesh.h"
+#include "report/page_text.h"
+#include "report/pages.h"
+#include "report/views.h"
 
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -140,6 +140,17 @@ void WriteReport(const fs::path& scan_folder, const fs::path& html, Progress& pr
                                                {"{{cloud}}", Base64(cloud.bytes)},
                                                {"{{mesh}}", Base64(mesh.bytes)},
                                                {"{{scripts}}", kReportScripts}}));
+}
+
+void RunReport(Scan& scan) {
+  nlohmann::json shown =
+      scan.state().value("options", nlohmann::json::object());  // the options of all stages
+  shown.erase("report");
+  scan.Run({"report", nlohmann::json::object(), ToHex(Hash(ToText(shown)))},
+           [&](Progress& progress) -> nlohmann::json {
+             WriteReport(scan.folder(), scan.report(), progress);
+             return nlohmann::json::object();
+           });
 }
 
 }  // namespace polarscan

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "core/progress.h"
+#include "pipeline/scan.h"
 
 namespace polarscan {
 
@@ -14,5 +15,8 @@ namespace polarscan {
 // written.
 void WriteReport(const std::filesystem::path& scan_folder, const std::filesystem::path& html,
                  Progress& progress);
+
+// The stage "report" of a scan: WriteReport to its report.html.
+void RunReport(Scan& scan);
 
 }  // namespace polarscan

@@ -6,10 +6,10 @@
 #include <set>
 #include <tuple>
 
-#include "core/statistics.h"
 #include "core/error.h"
 #include "core/ply.h"
 #include "core/random.h"
+#include "core/statistics.h"
 
 namespace polarscan {
 namespace {

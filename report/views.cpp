@@ -7,12 +7,12 @@
 
 #include <optional>
 
-#include "evaluation/files.h"
-#include "report/pictures.h"
-#include "core/statistics.h"
-#include "demosaic/false_colour.h"
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/statistics.h"
+#include "demosaic/false_colour.h"
+#include "evaluation/files.h"
+#include "report/pictures.h"
 #include "stereo/workspace.h"
 
 namespace fs = std::filesystem;

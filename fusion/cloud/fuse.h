@@ -63,13 +63,13 @@ std::string FewDepths(const nlohmann::json& summary);
 // What there is to say of the two.
 std::vector<std::string> Doubts(const nlohmann::json& summary, int min_views);
 
-// Fuses the depth maps of a workspace into a cloud (fusion/cloud/cloud.h). Views are taken in order; each pixel
-// that no earlier point has absorbed asks the overlapping views whether they agree (fusion/cloud/consistency.h);
-// with enough of them it becomes a point and absorbs their pixels. Same bytes for any number of threads and
-// any memory limit. Views without maps, and those of which a file is damaged, are left out with a warning,
-// as if they had never been there. Memory: maps as the options say, a bit for each pixel of all views; points
-// go to the file as they come. Throws Error if there are no maps, or if nothing is consistent (with the
-// counts of why).
+// Fuses the depth maps of a workspace into a cloud (fusion/cloud/cloud.h). Views are taken in order; each
+// pixel that no earlier point has absorbed asks the overlapping views whether they agree
+// (fusion/cloud/consistency.h); with enough of them it becomes a point and absorbs their pixels. Same bytes
+// for any number of threads and any memory limit. Views without maps, and those of which a file is damaged,
+// are left out with a warning, as if they had never been there. Memory: maps as the options say, a bit for
+// each pixel of all views; points go to the file as they come. Throws Error if there are no maps, or if
+// nothing is consistent (with the counts of why).
 CloudSummary FuseCloud(const std::filesystem::path& dense, const std::filesystem::path& cloud_ply,
                        const FusionOptions& options, Progress& progress);
 CloudSummary FuseCloud(const Workspace& workspace, const std::filesystem::path& cloud_ply,

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "core/progress.h"
-#include "stereo/workspace.h"
 #include "pipeline/stereo/shard.h"
+#include "stereo/workspace.h"
 
 namespace polarscan {
 

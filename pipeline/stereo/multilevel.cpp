@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/dense/load_view.h"
 #include "pipeline/stereo/multilevel.h"
+#include "stereo/dense/load_view.h"
 
 #include <fmt/format.h>
 
@@ -10,10 +10,10 @@
 #include <optional>
 
 #include "core/parallel.h"
-#include "stereo/costs/cost.h"
-#include "stereo/dense/levels.h"
 #include "pipeline/stereo/done_list.h"
 #include "pipeline/stereo/stage_inputs.h"
+#include "stereo/costs/cost.h"
+#include "stereo/dense/levels.h"
 #include "stereo/rounds/round.h"
 #include "stereo/rounds/surface_matching.h"
 #include "stereo/search/checkerboard.h"

@@ -3,10 +3,10 @@
 #include <cstdint>
 
 #include "core/progress.h"
-#include "stereo/workspace.h"
-#include "stereo/options.h"
 #include "pipeline/stereo/plan.h"
 #include "pipeline/stereo/shard.h"
+#include "stereo/options.h"
+#include "stereo/workspace.h"
 
 namespace polarscan {
 

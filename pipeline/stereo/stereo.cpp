@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/dense/load_view.h"
 #include "pipeline/stereo/stereo.h"
+#include "stereo/dense/load_view.h"
 
 #include <fmt/format.h>
 
 #include "core/files.h"
-#include "stereo/costs/hull.h"
-#include "stereo/dense/crop.h"
-#include "stereo/dense/levels.h"
 #include "pipeline/stereo/done_list.h"
 #include "pipeline/stereo/multilevel.h"
 #include "pipeline/stereo/stage_inputs.h"
+#include "stereo/costs/hull.h"
+#include "stereo/dense/crop.h"
+#include "stereo/dense/levels.h"
 #include "stereo/search/filter.h"
 #include "stereo/search/sweep.h"
 

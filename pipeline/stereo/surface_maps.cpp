@@ -11,20 +11,20 @@
 #include <set>
 #include <utility>
 
+#include "core/cache.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/parallel.h"
 #include "fusion/cloud/fuse.h"
 #include "fusion/surface/mesh_topology.h"
-#include "pipeline/meshing.h"
 #include "fusion/surface/poisson/poisson.h"
-#include "core/cache.h"
-#include "stereo/dense/load_view.h"
-#include "stereo/dense/crop.h"
-#include "stereo/map_io.h"
-#include "stereo/costs/view.h"
+#include "pipeline/meshing.h"
 #include "pipeline/stereo/done_list.h"
 #include "pipeline/stereo/stage_inputs.h"
+#include "stereo/costs/view.h"
+#include "stereo/dense/crop.h"
+#include "stereo/dense/load_view.h"
+#include "stereo/map_io.h"
 #include "stereo/rounds/vote.h"
 #include "stereo/search/filter.h"
 

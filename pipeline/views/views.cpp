@@ -13,11 +13,11 @@
 
 #include "acquisition/input/files.h"
 #include "acquisition/input/masks.h"
-#include "pipeline/views/view_pictures.h"
-#include "pipeline/views/view_store.h"
 #include "core/files.h"
 #include "core/parallel.h"
 #include "core/words.h"
+#include "pipeline/views/view_pictures.h"
+#include "pipeline/views/view_store.h"
 
 namespace polarscan {
 namespace {

@@ -110,9 +110,9 @@ Pinhole HalfCamera(const Pinhole& c) {
   return {c.width / 2, c.height / 2, c.fx / 2, c.fy / 2, c.cx / 2, c.cy / 2};
 }
 
-StereoView MakeStereoView(const Pinhole& camera, const Rigid& cam_from_world, StokesImage stokes, bool polarized,
-                          Image<std::uint8_t> mask, float gray_scale, const StereoOptions& options,
-                          int halvings) {
+StereoView MakeStereoView(const Pinhole& camera, const Rigid& cam_from_world, StokesImage stokes,
+                          bool polarized, Image<std::uint8_t> mask, float gray_scale,
+                          const StereoOptions& options, int halvings) {
   StereoView view;
   view.camera = camera;
   view.cam_from_world = cam_from_world;

@@ -44,9 +44,9 @@ Image<PolarSample> MakePolarSamples(const StokesImage& stokes, const StereoOptio
 // The view from its light and mask (empty: none), their sizes halved so often: means of 2x2 pixels (an odd
 // last row or column is left out); a pixel is invalid if one of the four is, and in the mask if one of the
 // four is. gray_scale: what S0 is multiplied by.
-StereoView MakeStereoView(const Pinhole& camera, const Rigid& cam_from_world, StokesImage stokes, bool polarized,
-                          Image<std::uint8_t> mask, float gray_scale, const StereoOptions& options,
-                          int halvings = 0);
+StereoView MakeStereoView(const Pinhole& camera, const Rigid& cam_from_world, StokesImage stokes,
+                          bool polarized, Image<std::uint8_t> mask, float gray_scale,
+                          const StereoOptions& options, int halvings = 0);
 
 Pinhole HalfCamera(const Pinhole& camera);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stereo/workspace.h"
 #include "stereo/options.h"
+#include "stereo/workspace.h"
 
 namespace polarscan {
 

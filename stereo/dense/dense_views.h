@@ -2,8 +2,8 @@
 #pragma once
 #include "core/progress.h"
 #include "stereo/dense/depth_range.h"
-#include "stereo/workspace.h"
 #include "stereo/sfm/model/model.h"
+#include "stereo/workspace.h"
 
 namespace polarscan {
 

@@ -46,12 +46,12 @@ bool AopIsInformative(const Workspace& workspace, bool masks, double aop_noise_d
   return double(sure) >= kLeastShare * double(all);
 }
 
-StereoView LoadStereoView(const Workspace& workspace, int index, float gray_scale, const StereoOptions& options,
-                          int halvings) {
+StereoView LoadStereoView(const Workspace& workspace, int index, float gray_scale,
+                          const StereoOptions& options, int halvings) {
   const DenseView& view = workspace.views[std::size_t(index)];
-  return MakeStereoView(view.camera, view.cam_from_world, ReadViewLight(workspace, index), workspace.polarized,
-                        options.masks ? ReadViewMask(workspace, index) : Image<std::uint8_t>(), gray_scale,
-                        options, halvings);
+  return MakeStereoView(
+      view.camera, view.cam_from_world, ReadViewLight(workspace, index), workspace.polarized,
+      options.masks ? ReadViewMask(workspace, index) : Image<std::uint8_t>(), gray_scale, options, halvings);
 }
 
 }  // namespace polarscan

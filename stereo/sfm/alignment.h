@@ -6,8 +6,8 @@
 
 #include "core/camera.h"
 #include "core/similarity.h"
-#include "stereo/workspace.h"
 #include "stereo/sfm/model/model.h"
+#include "stereo/workspace.h"
 
 namespace polarscan {
 

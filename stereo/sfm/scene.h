@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "core/progress.h"
-#include "stereo/workspace.h"
 #include "stereo/sfm/model/model.h"
+#include "stereo/workspace.h"
 
 namespace polarscan {
 

@@ -8,10 +8,10 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "stereo/sfm/colmap/bundle_adjustment.h"
-#include "stereo/sfm/model/camera_models.h"
+#include "stereo/sfm/colmap/mapping.h"
 #include "stereo/sfm/feature_masks.h"
 #include "stereo/sfm/known_poses.h"
-#include "stereo/sfm/colmap/mapping.h"
+#include "stereo/sfm/model/camera_models.h"
 #include "stereo/sfm/scene.h"
 #include "stereo/sfm/verdict.h"
 

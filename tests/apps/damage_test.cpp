@@ -8,17 +8,17 @@
 #include <fstream>
 #include <functional>
 
-#include "pipeline/check_files.h"
-#include "pipeline/checksums.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/random.h"
 #include "demosaic/calibration/calibration.h"
 #include "fusion/mesh_files.h"
+#include "pipeline/check_files.h"
+#include "pipeline/checksums.h"
 #include "program.h"
 #include "stereo/map_io.h"
-#include "stereo/workspace.h"
 #include "stereo/sfm/model/model.h"
+#include "stereo/workspace.h"
 #include "toy_scan.h"
 
 namespace polarscan::test {

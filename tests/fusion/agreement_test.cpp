@@ -4,8 +4,8 @@
 
 #include "core/process.h"
 #include "core/random.h"
-#include "fusion/cloud/cloud.h"
 #include "evaluation/evaluate.h"
+#include "fusion/cloud/cloud.h"
 #include "fusion/cloud/fuse.h"
 #include "tests/fusion/sphere_scene.h"
 

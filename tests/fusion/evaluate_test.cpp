@@ -4,11 +4,11 @@
 #include <gtest/gtest.h>
 
 #include "core/random.h"
-#include "fusion/cloud/cloud.h"
 #include "evaluation/error_statistics.h"
+#include "evaluation/thresholds.h"
+#include "fusion/cloud/cloud.h"
 #include "fusion/cloud/fuse.h"
 #include "fusion/surface/surface.h"
-#include "evaluation/thresholds.h"
 #include "stereo/sfm/alignment.h"
 #include "tests/fusion/sphere_scene.h"
 

@@ -6,12 +6,12 @@
 #include <sstream>
 
 #include "core/random.h"
+#include "fusion/mesh_files.h"
 #include "fusion/surface/poisson/close_surface.h"
 #include "fusion/surface/poisson/membranes.h"
-#include "fusion/mesh_files.h"
-#include "pipeline/meshing.h"
 #include "fusion/surface/poisson/poisson.h"
 #include "fusion/surface/simplify.h"
+#include "pipeline/meshing.h"
 #include "tests/fusion/icosphere.h"
 #include "tests/fusion/sphere_scene.h"
 

@@ -17,8 +17,8 @@
 #include "core/random.h"
 #include "demosaic/stokes.h"
 #include "stereo/map_io.h"
-#include "stereo/workspace.h"
 #include "stereo/sfm/model/model.h"
+#include "stereo/workspace.h"
 
 // Workspaces with maps of the unit sphere in closed form, in a folder that goes away with its owner.
 namespace polarscan {

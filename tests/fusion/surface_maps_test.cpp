@@ -10,8 +10,8 @@
 #include "core/error.h"
 #include "core/random.h"
 #include "pipeline/aop_check.h"
-#include "stereo/costs/view.h"
 #include "pipeline/stereo/done_list.h"
+#include "stereo/costs/view.h"
 #include "tests/fusion/sphere_scene.h"
 
 namespace polarscan {

@@ -11,14 +11,14 @@
 
 #include "../apps/toy_scan.h"
 #include "acquisition/input/input.h"
-#include "pipeline/check_files.h"
-#include "pipeline/scan.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/image_io.h"
 #include "core/mesh.h"
 #include "core/random.h"
 #include "fusion/mesh_files.h"
+#include "pipeline/check_files.h"
+#include "pipeline/scan.h"
 #include "simulation/gige/gige_server.h"
 #include "simulation/gige/packets.h"
 #include "stereo/sfm/model/model.h"
@@ -139,8 +139,7 @@ Reader InputReader() {
 
 // scan.json and checksums.json.
 Reader ScanReader() {
-  static Terminal terminal;
-  terminal.SetLevel(Terminal::Level::kQuiet);
+  static Progress terminal;
   static const Stage stage{"views", {{"method", "fused"}}, "17"};
   const auto make = [](const fs::path& folder) {
     Scan scan = Scan::OpenOrCreate(folder, "/input", 1, terminal);

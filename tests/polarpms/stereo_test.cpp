@@ -16,8 +16,8 @@
 #include "core/image_io.h"
 #include "stereo/costs/hull.h"
 #include "stereo/map_io.h"
-#include "stereo/workspace.h"
 #include "stereo/search/filter.h"
+#include "stereo/workspace.h"
 
 namespace polarscan {
 namespace {

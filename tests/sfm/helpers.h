@@ -14,8 +14,8 @@
 #include "core/image_io.h"
 #include "core/process.h"
 #include "demosaic/stokes.h"
-#include "stereo/workspace.h"
 #include "stereo/sfm/model/model.h"
+#include "stereo/workspace.h"
 
 namespace polarscan {
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "fusion/surface/poisson/membranes.h"
 #include "fusion/surface/mesh_topology.h"
+#include "fusion/surface/poisson/membranes.h"
 
 namespace polarscan {
 namespace {

@@ -9,7 +9,8 @@
 
 namespace polarscan {
 
-// All points of a cell of one of the grids of fusion/surface/poisson/poisson.h as one. Lengths are steps of the grid.
+// All points of a cell of one of the grids of fusion/surface/poisson/poisson.h as one. Lengths are steps of
+// the grid.
 struct PoissonSample {
   std::uint64_t block;  // that holds the cell's first node: a key of SparseGrid
   Eigen::Vector3f at;
