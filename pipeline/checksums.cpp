@@ -14,7 +14,7 @@ namespace polarscan {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char* kFile = "checksums.json";
+constexpr const char* kChecksumFile = "checksums.json";
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 const FileSums kNone;
 
@@ -82,7 +82,7 @@ std::string Difference(const FileSums& recorded, const FileSums& found) {
   return all.size() == 1 ? first : fmt::format("{}, and {} files more", first, all.size() - 1);
 }
 
-Checksums::Checksums(const fs::path& scan) : scan_(scan), stages_(ReadStages(scan / kFile)) {}
+Checksums::Checksums(const fs::path& scan) : scan_(scan), stages_(ReadStages(scan / kChecksumFile)) {}
 
 FileSum Checksums::MeasureFile(const std::string& name, bool everything) const {
   const fs::path path = scan_ / name;
@@ -129,7 +129,7 @@ void Checksums::Record(const std::string& stage, const FileSums& sums) {
   for (const auto& [name, files] : stages_)
     for (const auto& [file, sum] : files)
       stored[name][file] = {{"bytes", sum.bytes}, {"hash", sum.hash}, {"changed_ns", sum.changed_ns}};
-  WriteJson(scan_ / kFile, stored);
+  WriteJson(scan_ / kChecksumFile, stored);
 }
 
 }  // namespace polarscan

@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "core/temporaries.h"
+#include "core/words.h"
 
 namespace polarscan {
 namespace fs = std::filesystem;

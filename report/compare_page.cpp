@@ -13,14 +13,14 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kQuality = 82;
+constexpr int kJpegQuality = 82;
 
 // {view: {depth: JPEG in base64, normal}}
 json ToPage(const std::vector<ErrorPictures>& pictures) {
   json page = json::object();
   for (const ErrorPictures& each : pictures) {
-    page[each.view]["depth"] = Base64(EncodeJpeg(each.depth, kQuality));
-    if (!each.normal.empty()) page[each.view]["normal"] = Base64(EncodeJpeg(each.normal, kQuality));
+    page[each.view]["depth"] = Base64(EncodeJpeg(each.depth, kJpegQuality));
+    if (!each.normal.empty()) page[each.view]["normal"] = Base64(EncodeJpeg(each.normal, kJpegQuality));
   }
   return page;
 }

@@ -14,7 +14,7 @@ namespace polarscan {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "map files are little endian");
-constexpr int kLargest = 1 << 16;  // pixels a side
+constexpr int kLongestSide = 1 << 16;  // pixels a side
 
 const char* const kAdvice = "Remove it and run the same command again; it is made anew";
 
@@ -26,7 +26,7 @@ int ReadNumber(const std::string& bytes, std::size_t& position) {
   const auto [stop, error] = std::from_chars(bytes.data() + position, bytes.data() + end, value);
   const bool good = error == std::errc() && stop == bytes.data() + end;
   position = end + 1;
-  return good && value > 0 && value <= kLargest ? value : 0;
+  return good && value > 0 && value <= kLongestSide ? value : 0;
 }
 
 // The planes of a map file with exactly `channels` of them.

@@ -13,7 +13,7 @@ namespace {
 
 constexpr float kSame = 0.9994f;  // cosine (2 degrees) from which two starts end alike
 
-constexpr int kBeside[4][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
+constexpr int kNextPixels[4][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
 
 // n with n . ray = -1 from the slopes of log z per pixel; unit length.
 Eigen::Vector3f NormalFromSlopes(const Pinhole& camera, const Eigen::Vector3f& ray, float along_x,
@@ -99,7 +99,7 @@ class NormalSolver {
     };
     add(from_depth, options_.depth_normal);
     if (evidence.consensus.dot(evidence.ray) < 0) add(evidence.consensus.normalized(), options_.consensus);
-    for (const auto& [dx, dy] : kBeside) {
+    for (const auto& [dx, dy] : kNextPixels) {
       if (!depth_.Contains(x + dx, y + dy) || depth_(x + dx, y + dy) <= 0) continue;
       const Eigen::Vector3f there = depth_(x + dx, y + dy) * problem_.Ray(x + dx, y + dy);
       const Eigen::Vector3f along = (there - point).normalized();
@@ -179,7 +179,7 @@ class NormalSolver {
 Eigen::Vector3f Smoothed(const Image<Eigen::Vector3f>& normals, int x, int y) {
   const Eigen::Vector3f& here = normals(x, y);
   Eigen::Vector3f sum = here;
-  for (const auto& [dx, dy] : kBeside) {
+  for (const auto& [dx, dy] : kNextPixels) {
     if (!normals.Contains(x + dx, y + dy)) continue;
     const Eigen::Vector3f& there = normals(x + dx, y + dy);
     const float away = (there - here).squaredNorm();

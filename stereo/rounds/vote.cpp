@@ -28,12 +28,12 @@ struct Opinion {
 };
 
 // Columns [left, right) and rows [top, bottom).
-struct Box {
+struct WorldBox {
   int left, top, right, bottom;
 };
 
-Box AroundActive(const Problem& problem, int width, int height) {
-  Box box{width, height, 0, 0};
+WorldBox AroundActive(const Problem& problem, int width, int height) {
+  WorldBox box{width, height, 0, 0};
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x)
       if (problem.Active(x, y)) {
@@ -45,7 +45,8 @@ Box AroundActive(const Problem& problem, int width, int height) {
 
 // The source's surface as the reference camera would see it, in that part of the picture. weight: cosine of
 // the angle at which the source sees it.
-Image<Opinion> DrawSurface(const Problem& problem, const Source& source, const Box& box, bool by_evidence) {
+Image<Opinion> DrawSurface(const Problem& problem, const Source& source, const WorldBox& box,
+                           bool by_evidence) {
   const Pinhole& camera = problem.reference->camera;
   const Pinhole& from = source.view->camera;
   Image<Opinion> drawn(box.right - box.left, box.bottom - box.top);
@@ -143,7 +144,7 @@ Ballot NearestMode(std::span<Ballot> ballots, const VoteOptions& options, const 
 // say. by_evidence: weighted by what there was to see, too.
 template <class F>
 void ForBallots(const Problem& problem, const DepthNormalMap& own, float sigma, bool by_evidence, F&& f) {
-  const Box box = AroundActive(problem, own.depth.width(), own.depth.height());
+  const WorldBox box = AroundActive(problem, own.depth.width(), own.depth.height());
   if (box.right <= box.left) return;
   std::vector<Image<Opinion>> surfaces(problem.sources.size());
   ParallelFor(0, int(surfaces.size()), [&](int s) {

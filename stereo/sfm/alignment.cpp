@@ -13,15 +13,15 @@
 namespace polarscan {
 namespace {
 
-struct Pair {
+struct CameraPair {
   std::string name;
   Rigid estimated, truth;
 };
 
-std::vector<Pair> Match(const std::vector<NamedPose>& estimated, const std::vector<NamedPose>& truth) {
+std::vector<CameraPair> Match(const std::vector<NamedPose>& estimated, const std::vector<NamedPose>& truth) {
   std::map<std::string, Rigid> by_name;
   for (const NamedPose& pose : truth) by_name.emplace(pose.name, pose.cam_from_world);
-  std::vector<Pair> pairs;
+  std::vector<CameraPair> pairs;
   for (const NamedPose& pose : estimated)
     if (const auto found = by_name.find(pose.name); found != by_name.end())
       pairs.push_back({pose.name, pose.cam_from_world, found->second});
@@ -54,14 +54,14 @@ std::vector<NamedPose> Poses(const SparseModel& model) {
 }
 
 Alignment AlignCameras(const std::vector<NamedPose>& estimated, const std::vector<NamedPose>& truth) {
-  const std::vector<Pair> pairs = Match(estimated, truth);
+  const std::vector<CameraPair> pairs = Match(estimated, truth);
   if (pairs.size() < 3)
     throw Error(fmt::format("{} of {} estimated cameras have a true pose of the same name, three are needed",
                             pairs.size(), estimated.size()),
                 fmt::format("the scan has {}, the true poses {}", FirstName(estimated), FirstName(truth)),
                 "Names are compared without folder and extension");
   std::vector<Eigen::Vector3d> from, to;
-  for (const Pair& pair : pairs) {
+  for (const CameraPair& pair : pairs) {
     from.push_back(pair.estimated.Center());
     to.push_back(pair.truth.Center());
   }

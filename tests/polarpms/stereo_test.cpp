@@ -15,6 +15,7 @@
 #include "core/files.h"
 #include "core/image_io.h"
 #include "stereo/costs/hull.h"
+#include "stereo/dense/load_view.h"
 #include "stereo/map_io.h"
 #include "stereo/search/filter.h"
 #include "stereo/workspace.h"

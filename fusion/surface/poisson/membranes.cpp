@@ -15,7 +15,7 @@ namespace polarscan {
 namespace {
 
 constexpr double kExact = 1e-5;        // of the mean edge: how far from their places vertices may stay
-constexpr int kMostIterations = 300;   // twenty are usual
+constexpr int kMostRounds = 300;       // twenty are usual
 constexpr std::size_t kCoarsest = 64;  // unknowns that no further grid is made for
 constexpr double kDamping = 2.0 / 3;   // of the Jacobi steps
 constexpr double kStiff = 1.5;  // times the coarse grid's correction: steps are stiffer than what is smooth
@@ -225,7 +225,7 @@ void Solve(const Laplacian& system, const Coordinates& right, double exact, Coor
   preconditioner.Apply(residual, near);
   step = near;
   Three size = dot(residual, near);
-  for (int i = 0; i < kMostIterations; ++i) {
+  for (int i = 0; i < kMostRounds; ++i) {
     progress.Check();
     if (std::sqrt(dot(near, near).sum() / double(count)) <= exact) return;
     ForEach(count, [&](std::size_t k) { image[k] = system.Row(step, k); });
