@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "fusion/cloud/cloud.h"
-#include "fusion/surface/mesh_topology.h"
+#include "fusion/mesh_topology.h"
 
 namespace polarscan {
 

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "core/error.h"
+#include "fusion/mesh_topology.h"
 #include "fusion/surface/dress_mesh.h"
-#include "fusion/surface/mesh_topology.h"
 #include "fusion/surface/poisson/close_surface.h"
 #include "fusion/surface/poisson/poisson.h"
 #include "fusion/surface/silhouettes.h"

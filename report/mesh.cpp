@@ -10,7 +10,7 @@
 #include "core/error.h"
 #include "core/mesh.h"
 #include "core/ply.h"
-#include "fusion/surface/mesh_topology.h"
+#include "fusion/mesh_topology.h"
 #include "fusion/surface/simplify.h"
 #include "fusion/surface/surface.h"
 

@@ -6,7 +6,7 @@
 #include "core/image.h"
 #include "core/mesh.h"
 #include "core/progress.h"
-#include "fusion/surface/mesh_topology.h"
+#include "fusion/mesh_topology.h"
 #include "fusion/surface/normal_fit.h"
 #include "stereo/workspace.h"
 

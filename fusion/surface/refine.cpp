@@ -7,8 +7,8 @@
 #include <filesystem>
 
 #include "core/parallel.h"
+#include "fusion/mesh_topology.h"
 #include "fusion/mesh_views.h"
-#include "fusion/surface/mesh_topology.h"
 #include "fusion/surface/normal_fit.h"
 #include "fusion/surface/photometric.h"
 #include "fusion/surface/silhouettes.h"

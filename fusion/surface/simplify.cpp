@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "fusion/surface/mesh_topology.h"
+#include "fusion/mesh_topology.h"
 
 namespace polarscan {
 

@@ -16,7 +16,7 @@
 #include "core/files.h"
 #include "core/parallel.h"
 #include "fusion/cloud/fuse.h"
-#include "fusion/surface/mesh_topology.h"
+#include "fusion/mesh_topology.h"
 #include "fusion/surface/poisson/poisson.h"
 #include "pipeline/meshing.h"
 #include "pipeline/stereo/done_list.h"

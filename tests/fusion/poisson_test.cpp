@@ -11,7 +11,7 @@
 
 #include "core/error.h"
 #include "core/random.h"
-#include "fusion/surface/mesh_topology.h"
+#include "fusion/mesh_topology.h"
 #include "fusion/surface/poisson/marching_cubes.h"
 #include "fusion/surface/poisson/sparse_grid.h"
 

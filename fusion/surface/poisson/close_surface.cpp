@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "fusion/surface/mesh_topology.h"
+#include "fusion/mesh_topology.h"
 #include "fusion/surface/poisson/membranes.h"
 
 namespace polarscan {

@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "core/parallel.h"
-#include "fusion/surface/mesh_topology.h"
+#include "fusion/mesh_topology.h"
 
 namespace polarscan {
 namespace {

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "core/parallel.h"
-#include "fusion/surface/mesh_topology.h"
+#include "fusion/mesh_topology.h"
 
 namespace polarscan {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fusion/surface/mesh_topology.h"
+#include "fusion/mesh_topology.h"
 
 #include <tbb/parallel_sort.h>
 
