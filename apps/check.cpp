@@ -86,27 +86,17 @@ nlohmann::json ToJson(const std::vector<ScanFinding>& findings) {
   return list;
 }
 
-// Stages that others were made again before; no damage, since each stage can be run by itself.
-std::vector<std::string> OutOfDate(const nlohmann::json& state) {
-  std::vector<std::string> stages;
-  const std::vector<std::string>& names = StageNames();
-  for (auto stage = names.begin(); stage != names.end(); ++stage)
-    if (std::any_of(names.begin(), stage,
-                    [&](const std::string& earlier) { return IsOutOfDate(state, *stage, earlier); }))
-      stages.push_back(*stage);
-  return stages;
-}
-
 void CheckScan(const fs::path& path, bool repair, Context& context) {
-  Scan scan = Scan::Open(path, context.progress);
+  Scan scan = repair ? Scan::Open(path, context.progress) : Scan::OpenToRead(path, context.progress);
   const std::vector<ScanFinding> findings = repair ? scan.Repair() : scan.Check();
   for (const ScanFinding& f : findings)
     context.progress.Warn(
         fmt::format("{}: {}{}", f.stage, f.what, f.moved_to.empty() ? "" : ", moved to " + f.moved_to));
-  const std::vector<std::string> old = OutOfDate(scan.state());
-  for (const std::string& stage : old)
-    context.progress.Warn(
-        fmt::format("{}: out of date, it is not of what the stages before it hold now", stage));
+  std::vector<std::string> old;  // no damage, since each stage can be run by itself
+  for (const PlannedStage& stage : OutOfDateStages(scan.state())) {
+    old.push_back(stage.name);
+    context.progress.Warn(fmt::format("{}: out of date, {}", stage.name, stage.why));
+  }
   context.data_lost = !findings.empty();
   const std::string advice =
       fmt::format("; polarscan reconstruct {} -o {}, with its options, makes that again",
@@ -116,14 +106,15 @@ void CheckScan(const fs::path& path, bool repair, Context& context) {
                   {"sound", findings.empty()},
                   {"damage", ToJson(findings)},
                   {"out_of_date", old}},
-                 findings.empty() ? "scan: every file is as the stages left it"
+                 findings.empty() ? fmt::format("scan: every file is as the stages left it{}",
+                                                old.empty() ? "" : "; what is out of date is named above")
                                   : fmt::format("scan: {} things are wrong{}", findings.size(), advice));
 }
 
-void Check(const fs::path& path, bool repair, Context& context) {
+void Check(const fs::path& path, bool repair, const InputOptions& options, Context& context) {
   if (IsSession(path.string())) return CheckSession(path.string(), repair, context);
   if (fs::exists(path / "scan.json")) return CheckScan(path, repair, context);
-  if (MayBeInput(path)) return CheckInputFolder(path, context);
+  if (MayBeInput(path)) return CheckInputFolder(path, options, context);
   CheckOne(path, repair, context);
 }
 
@@ -133,6 +124,7 @@ void AddCheckCommand(CLI::App& app, Context& context) {
   struct Arguments {
     fs::path path;
     bool repair = false;
+    InputOptions options;
   };
   auto a = std::make_shared<Arguments>();
   CLI::App* command =
@@ -148,9 +140,13 @@ void AddCheckCommand(CLI::App& app, Context& context) {
                     "Session: cut off what was not finished and close it. Scan: move damaged files to "
                     "SCAN/damaged, so that "
                     "reconstruct makes them again");
-  AddExample(*command, "  polarscan check scan\n  polarscan check session --repair");
-  command->callback(
-      [a, &context] { DoWhole("nothing was changed", [&] { Check(a->path, a->repair, context); }); });
+  AddOptions(*command, Table(a->options), kInputGroup);
+  ShowFirst(*command, {"layout", "bits", "input-kind"});
+  AddExample(*command,
+             "  polarscan check pictures\n  polarscan check scan\n  polarscan check session --repair");
+  command->callback([a, &context] {
+    DoWhole("nothing was changed", [&] { Check(a->path, a->repair, a->options, context); });
+  });
 }
 
 }  // namespace polarscan

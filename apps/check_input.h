@@ -2,6 +2,7 @@
 #pragma once
 #include <filesystem>
 
+#include "acquisition/input.h"
 #include "apps/command.h"
 
 namespace polarscan {
@@ -9,6 +10,6 @@ namespace polarscan {
 // `polarscan check` of a folder of pictures (docs/input.md): what form it has, its views, masks and poses,
 // what is odd; reads every picture. Damage is what cannot be read or does not fit. Throws Error if it is no
 // input.
-void CheckInputFolder(const std::filesystem::path& folder, Context& context);
+void CheckInputFolder(const std::filesystem::path& folder, const InputOptions& options, Context& context);
 
 }  // namespace polarscan

@@ -28,6 +28,17 @@ void RequireElsewhere(const Input& input, const fs::path& views) {
                     "Choose a folder beside them with -o");
 }
 
+// The views are of the same input as before, which may have been moved since.
+void RequireSameInput(const DemosaicCommand& command) {
+  const fs::path note = fs::path(command.views) / ".input";
+  const std::string input = fs::weakly_canonical(command.input).string();
+  if (fs::exists(note))
+    if (const std::string before = ReadFile(note); before != input && fs::exists(before))
+      throw Error(fmt::format("this folder holds the views of other pictures ({})", before), command.views,
+                  "Choose another folder with -o, or remove this one");
+  WriteFileAtomically(note, input);
+}
+
 void Run(const DemosaicCommand& command, Context& context) {
   const Input input = OpenInput(command.input, command.input_options, context.progress);
   RequireElsewhere(input, command.views);
@@ -37,6 +48,7 @@ void Run(const DemosaicCommand& command, Context& context) {
     context.progress.Warn("plain photos have no polarization to look at: --pictures makes none");
   CreateFolder(command.views);
   const Descriptor lock = LockFolder(command.views, "folder of views");
+  RequireSameInput(command);
   MakeStokesViews(input, command.views, command.options, context.progress, pictures);
   context.data_lost = input.damaged();
   context.Finish(

@@ -44,9 +44,11 @@ bool HoldsNothing(const std::filesystem::path& folder) {
 void ThrowSystemError(const std::string& what, const std::filesystem::path& path) {
   const int code = errno;
   std::string reason = std::strerror(code), advice;
-  if (code == ENOSPC || code == EDQUOT)
-    reason = "disk full", advice = "Free some space and run the same command again";
-  if (code == EROFS || code == EACCES || code == EPERM) advice = "Choose a folder that you may write to";
+  if (code == ENOSPC || code == EDQUOT) reason = "disk full", advice = "Free some space first";
+  const bool forbidden = code == EROFS || code == EACCES || code == EPERM;
+  if (forbidden)
+    advice = what.starts_with("cannot read") ? "Ask for the right to read it"
+                                             : "Choose a folder that you may write to";
   throw Error(fmt::format("{} ({})", what, reason), path.string(), advice);
 }
 

@@ -58,8 +58,33 @@ TiffFile OpenTiff(const fs::path& path, const char* mode) {
   return TiffFile(TIFFOpen(path.c_str(), mode));
 }
 
+// A TIFF's pixels as they are stored: its tag Orientation, which OpenCV would follow, says "upright" then.
+void ForgetOrientation(std::string& bytes) {
+  constexpr std::uint32_t kOrientation = 0x0112;
+  const bool big = bytes.starts_with("MM");
+  if (!big && !bytes.starts_with("II")) return;
+  const auto number = [&](std::uint64_t at, int count) {
+    std::uint64_t value = 0;
+    for (int i = 0; i < count; ++i) {
+      const std::uint64_t place = at + std::uint64_t(big ? i : count - 1 - i);
+      value = value << 8 | (place < bytes.size() ? static_cast<unsigned char>(bytes[place]) : 0u);
+    }
+    return value;
+  };
+  const bool wide = number(2, 2) == 43;  // BigTIFF
+  const std::uint64_t begin = wide ? number(8, 8) : number(4, 4), head = wide ? 8 : 2, entry = wide ? 20 : 12,
+                      value_at = wide ? 12 : 8;
+  if (begin >= bytes.size()) return;
+  const std::uint64_t count = std::min<std::uint64_t>(number(begin, int(head)), bytes.size() / entry);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const std::uint64_t at = begin + head + i * entry;
+    if (at + entry > bytes.size() || number(at, 2) != kOrientation) continue;
+    bytes[at + value_at] = big ? 0 : 1, bytes[at + value_at + 1] = big ? 1 : 0;
+  }
+}
+
 cv::Mat Decode(const fs::path& path) {
-  const std::string bytes = ReadFile(path);
+  std::string bytes = ReadFile(path);
   const std::string advice = "Copy the file again from where it came, or remove it";
   if (bytes.empty()) throw Error("the picture file is empty", path.string(), advice);
   const PictureHeader header = HeaderOf(path, bytes);
@@ -72,7 +97,8 @@ cv::Mat Decode(const fs::path& path) {
   };
   check_size(header.Pixels());                   // before OpenCV takes memory for them
   ::setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 0);  // OpenCV refuses EXR otherwise
-  const cv::Mat encoded(1, int(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
+  ForgetOrientation(bytes);
+  const cv::Mat encoded(1, int(bytes.size()), CV_8U, bytes.data());
   cv::Mat image;
   try {
     image = cv::imdecode(encoded, cv::IMREAD_UNCHANGED);

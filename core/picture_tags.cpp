@@ -85,6 +85,10 @@ PictureTags TiffTags(const fs::path& path) {
   std::uint32_t length = 0;
   const char* profile = nullptr;
   PictureTags tags;
+  std::uint16_t orientation = 1;
+  if (file && TIFFGetField(file.get(), TIFFTAG_ORIENTATION, &orientation) == 1 && orientation >= 1 &&
+      orientation <= 8)
+    tags.orientation = orientation;
   if (file && TIFFGetField(file.get(), TIFFTAG_ICCPROFILE, &length, &profile) == 1 && profile)
     tags.encoded = !IsCalledLinear({profile, length});
   return tags;

@@ -8,8 +8,7 @@ namespace polarscan {
 
 // What a picture file says of its pixels beside them. ReadPicture follows none of it.
 struct PictureTags {
-  // EXIF's: 1 to 8, how the rows as stored are to be turned to be shown; 1: not at all. Of a JPEG or PNG:
-  // what a TIFF says is followed by its decoder.
+  // EXIF's, or a TIFF's own: 1 to 8, how the rows as stored are to be turned to be shown; 1: not at all.
   int orientation = 1;
   // A PNG with sRGB, with a gamma below 1 or with a profile, or a TIFF with a profile, that is not called
   // linear: its values are not linear in light.

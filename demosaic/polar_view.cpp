@@ -285,6 +285,7 @@ PolarView ViewFromStokes(const std::array<const Picture*, 3>& pictures, const Im
   PolarView view;
   view.stokes = {Mean(pictures[0]->planes), Mean(pictures[1]->planes), Mean(pictures[2]->planes), {}};
   if (pictures[0]->planes.size() == 3) view.colour_s0 = pictures[0]->planes;
+  if (noise && std::ranges::all_of(noise->pixels(), [](float n) { return n == 0; })) noise = nullptr;
   view.stokes.noise = noise ? *noise : Image<float>(view.stokes.s0.width(), view.stokes.s0.height());
   MarkNonFinite(view.stokes);
   if (!noise) SetNoise(view.stokes, EstimateNoise(view.stokes, {}, 1));

@@ -16,6 +16,7 @@
 #include "evaluation/pictures.h"
 #include "evaluation/thresholds.h"
 #include "fusion/cloud/cloud.h"
+#include "pipeline/scan.h"
 #include "stereo/sfm/alignment.h"
 
 namespace polarscan {
@@ -94,6 +95,7 @@ class Evaluation {
       CheckFrames(points, input, false);
       Cloud(input, truth_from_cloud, cameras);
     } else if (fs::exists(input / "dense/views.json")) {
+      TellOutOfDate(input);
       if (arguments_.keep && arguments_.cloud.empty()) OpenFiles(input);
       Scan(input, input / "dense");
     } else if (fs::exists(input / "views.json")) {
@@ -112,6 +114,19 @@ class Evaluation {
   }
 
  private:
+  // Figures of maps and cloud that are not of each other.
+  void TellOutOfDate(const fs::path& scan) {
+    if (!fs::exists(scan / "scan.json")) return;
+    const nlohmann::json state = ReadJson(scan / "scan.json");
+    done_.result["maps_result"] = ResultOf(state, "stereo");
+    for (const PlannedStage& stage : OutOfDateStages(state))
+      if (stage.name == "stereo" || (stage.name == "fusion" && arguments_.cloud.empty()))
+        progress_.Warn(fmt::format("the {} out of date: {}; polarscan {} {} makes {} anew",
+                                   stage.name == "stereo" ? "maps are" : "cloud is", stage.why,
+                                   stage.name == "stereo" ? "stereo" : "fuse", scan.string(),
+                                   stage.name == "stereo" ? "them" : "it"));
+  }
+
   // The truth's cameras, in its frame.
   SparseModel TruePoses() const {
     SparseModel model = ReadSparseModel(arguments_.poses);

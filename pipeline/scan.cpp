@@ -176,21 +176,31 @@ std::string Scan::InputFromHere(const std::string& input) const {
 
 void Scan::CheckInput(const std::string& input) const {
   const std::string before = state_.value("input", input);
-  const bool is_moved = !fs::exists(before) && state_.value("input_from_here", "") == InputFromHere(input);
-  if (before != input && !is_moved)
+  const bool came_along =
+      state_.value("input_from_here", "") == InputFromHere(input);  // both moved, or copied
+  if (before != input && !came_along)
     throw Error(fmt::format("this is a scan of another input ({})", before), folder_.string(),
                 "Choose another folder with -o");
 }
 
+namespace {
+
+void RequireScanOrNothing(const fs::path& folder) {
+  if (folder.empty())
+    throw Error("the folder for the scan has no name", "-o \"\"", "Choose a new folder with -o");
+  const bool is_scan = fs::exists(folder / kFile) || fs::exists(folder / "scan.json.damaged");
+  if (is_scan || !fs::is_directory(folder)) return;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+    if (!IsHidden(entry.path()))
+      throw Error("this folder holds other files and no scan", folder.string(),
+                  "Choose a new folder with -o");
+}
+
+}  // namespace
+
 Scan Scan::OpenOrCreate(const fs::path& folder, const fs::path& input, std::uint64_t fingerprint,
                         Progress& progress) {
-  const bool is_scan = fs::exists(folder / kFile) || fs::exists(folder / "scan.json.damaged");
-  if (!is_scan && fs::is_directory(folder)) {
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder))
-      if (!IsHidden(entry.path()))
-        throw Error("this folder holds other files and no scan", folder.string(),
-                    "Choose a new folder with -o");
-  }
+  RequireScanOrNothing(folder);
   CreateFolder(folder);
   Scan scan(folder, progress);
   scan.ReadState();
@@ -206,6 +216,7 @@ Scan Scan::OpenOrCreate(const fs::path& folder, const fs::path& input, std::uint
 
 Scan Scan::Plan(const fs::path& folder, const fs::path& input, std::uint64_t fingerprint,
                 Progress& progress) {
+  RequireScanOrNothing(folder);
   Scan scan(folder, progress, Mode::kPlan);
   scan.ReadState();
   scan.CheckInput(fs::weakly_canonical(input).string());
@@ -213,11 +224,17 @@ Scan Scan::Plan(const fs::path& folder, const fs::path& input, std::uint64_t fin
   return scan;
 }
 
-Scan Scan::Open(const fs::path& folder, Progress& progress) {
+Scan Scan::Open(const fs::path& folder, Progress& progress) { return OpenAs(Mode::kWork, folder, progress); }
+
+Scan Scan::OpenToRead(const fs::path& folder, Progress& progress) {
+  return OpenAs(Mode::kPlan, folder, progress);
+}
+
+Scan Scan::OpenAs(Mode mode, const fs::path& folder, Progress& progress) {
   if (!fs::exists(folder / kFile))
     throw Error("this folder holds no scan (no scan.json)", folder.string(),
                 "Make one: polarscan reconstruct INPUT -o SCAN");
-  Scan scan(folder, progress);
+  Scan scan(folder, progress, mode);
   scan.state_ = ReadStateFile(folder / kFile);
   return scan;
 }
@@ -279,9 +296,12 @@ void Scan::Run(const Stage& stage, const Work& work) {
 
 void Scan::Make(const Stage& stage, const Work& work) {
   progress_->TakeWarnings();
+  const nlohmann::json options_before =
+      state_.value("options", nlohmann::json::object()).value(stage.name, nlohmann::json());
   state_["options"][stage.name] = stage.options;
   state_["options_hash"] = ToHex(Hash(ToText(state_["options"])));
   nlohmann::json& record = state_["stages"][stage.name];
+  const nlohmann::json record_before = record;
   record = {
       {"state", "running"}, {"version", POLARSCAN_VERSION}, {"inputs", stage.inputs}, {"before", before_}};
   RemoveTemporariesOf(folder_, stage.name);
@@ -308,7 +328,17 @@ void Scan::Make(const Stage& stage, const Work& work) {
   } catch (const std::exception& error) {
     record["error"] = error.what();
     try {
-      finish("failed");
+      const bool intact =
+          record_before.is_object() && record_before.value("state", "") == "done" &&
+          Digest(checksums_.Measure(OutputsOf(stage.name))) == record_before.value("outputs", "");
+      if (intact) {  // what was done before is there: the wrong option is forgotten
+        record = record_before;
+        state_["options"][stage.name] = options_before;
+        state_["options_hash"] = ToHex(Hash(ToText(state_["options"])));
+        Save();
+      } else {
+        finish("failed");
+      }
     } catch (
         const Error&) {  // the disk that failed the stage fails scan.json too: the first error says it all
     }
@@ -409,6 +439,31 @@ bool IsOutOfDate(const nlohmann::json& state, const std::string& stage, const st
   const nlohmann::json before = record.value("before", nlohmann::json::object());
   return before.contains(earlier) &&
          before[earlier] != StageRecord(state, earlier).value("outputs", nlohmann::json());
+}
+
+std::vector<PlannedStage> OutOfDateStages(const nlohmann::json& state) {
+  std::vector<PlannedStage> stages;
+  const std::vector<std::string>& names = StageNames();
+  for (auto stage = names.begin(); stage != names.end(); ++stage) {
+    const nlohmann::json record = StageRecord(state, *stage);
+    const std::string how = record.value("state", "done");
+    if (how == "running") {
+      stages.push_back({*stage, false, "it was stopped on the way"});
+    } else if (how != "done") {
+      stages.push_back({*stage, false, "it failed: " + record.value("error", "")});
+    } else {
+      const auto earlier = std::find_if(
+          names.begin(), stage, [&](const std::string& name) { return IsOutOfDate(state, *stage, name); });
+      if (earlier != stage)
+        stages.push_back({*stage, false, fmt::format("it is of an earlier result of stage {}", *earlier)});
+    }
+  }
+  return stages;
+}
+
+std::string ResultOf(const nlohmann::json& state, const std::string& name) {
+  const nlohmann::json record = StageRecord(state, name);
+  return record.value("state", "") == "done" ? record.value("outputs", "") : "";
 }
 
 std::uint64_t Fingerprint(const fs::path& folder, const fs::path& except) {

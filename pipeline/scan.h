@@ -54,6 +54,8 @@ class Scan {
                    std::uint64_t fingerprint, Progress& progress);
   // Opens an existing scan to run single stages again. Throws Error if the folder holds none.
   static Scan Open(const std::filesystem::path& folder, Progress& progress);
+  // The same to look at only: nothing is written, and others may work on it meanwhile.
+  static Scan OpenToRead(const std::filesystem::path& folder, Progress& progress);
 
   std::filesystem::path views() const { return folder_ / "views"; }
   std::filesystem::path sfm() const { return folder_ / "sfm"; }
@@ -95,6 +97,7 @@ class Scan {
  private:
   enum class Mode { kWork, kPlan };
   Scan(const std::filesystem::path& folder, Progress& progress, Mode mode = Mode::kWork);
+  static Scan OpenAs(Mode mode, const std::filesystem::path& folder, Progress& progress);
   void ReadState();
   std::string InputFromHere(const std::string& input) const;
   void CheckInput(const std::string& input) const;
@@ -118,6 +121,13 @@ class Scan {
 // state: a scan.json. Whether the files of `stage` were made from another result of `earlier` than there is
 // now, or the stage did not end since; false where nothing is known.
 bool IsOutOfDate(const nlohmann::json& state, const std::string& stage, const std::string& earlier);
+
+// Stages whose files are not those that the stages before them would get now, in their order, with the reason
+// in words; none where nothing is known. state: a scan.json.
+std::vector<PlannedStage> OutOfDateStages(const nlohmann::json& state);
+
+// What stage `name` left, by its files' checksums; "" if it is not done. state: a scan.json.
+std::string ResultOf(const nlohmann::json& state, const std::string& name);
 
 // Names, sizes and times of change of all files below a folder, but those below `except`. Order does not
 // matter.

@@ -12,6 +12,7 @@
 #include "pipeline/stereo/surface_maps.h"
 #include "pipeline/views/views.h"
 #include "stereo/sfm/known_poses.h"
+#include "stereo/sfm/mask_fit.h"
 #include "stereo/sfm/verdict.h"
 #include "stereo/workspace.h"
 
@@ -58,7 +59,8 @@ std::string AnglesOfSomeDoNotFit(const AopFits& fits) {
   return fmt::format(
       "the angles of polarization of {} do not fit the shape that the other views agree on; counted {} they "
       "would. Are "
-      "{} turned, mirrored or cut at an odd pixel, or is another camera's among the rest? Take {} out, or "
+      "{} turned, mirrored or cut at an odd pixel, another camera's, or under another view's pose? Take {} "
+      "out, or "
       "save {} anew",
       Enumerate(names), kWays[std::size_t(fits.odd.begin()->second.other)],
       names.size() == 1 ? "its pictures" : "their pictures", names.size() == 1 ? "it" : "them",
@@ -139,7 +141,10 @@ void RunDense(Scan& scan, const UndistortOptions& options) {
   UndistortOptions effective = options;
   scan.Run({"dense", ToJson(Table(effective))}, [&](Progress& progress) -> nlohmann::json {
     Undistort(scan.views(), ReadSparseModel(scan.sfm() / "model"), scan.dense(), options, progress);
-    return {{"views", ReadWorkspace(scan.dense()).views.size()}};
+    const Workspace workspace = ReadWorkspace(scan.dense());
+    const std::string doubt = MaskFitWords(MasksThatDoNotFit(workspace, progress));
+    if (!doubt.empty()) progress.Warn(doubt);
+    return {{"views", workspace.views.size()}};
   });
 }
 

@@ -45,7 +45,7 @@ T Try(json& notes, Read&& read) {
 }
 
 // What `polarscan evaluate` found; null if it was not run, or not on this cloud.
-json ReadEvaluation(const fs::path& scan, json& notes) {
+json ReadEvaluation(const fs::path& scan, const json& state, json& notes) {
   const fs::path file = EvaluationJsonPath(EvaluationFolder(scan));
   if (!fs::exists(file)) return nullptr;
   json evaluation = ReadJson(file);
@@ -54,7 +54,19 @@ json ReadEvaluation(const fs::path& scan, json& notes) {
     notes.push_back("The evaluation is of an earlier cloud and left out; run polarscan evaluate again.");
     return nullptr;
   }
+  if (evaluation.contains("maps") && evaluation.value("maps_result", "") != ResultOf(state, "stereo") &&
+      evaluation.contains("maps_result")) {
+    notes.push_back("The evaluation is of earlier maps and left out; run polarscan evaluate again.");
+    return nullptr;
+  }
   return evaluation;
+}
+
+// The cloud is shown all the same.
+void TellOldCloud(const json& state, json& notes) {
+  for (const PlannedStage& stage : OutOfDateStages(state))
+    if (stage.name == "fusion")
+      notes.push_back("The cloud is not of these maps (" + stage.why + "); run polarscan fuse again.");
 }
 
 CloudSample ReadCloud(const fs::path& scan, bool evaluated, const Eigen::Matrix3d& display_from_world,
@@ -88,7 +100,9 @@ ReportMesh MeshOfCloud(const fs::path& folder, json& scan, const Eigen::Matrix3d
   if (!fs::exists(ply)) return {};
   if (!IsOutOfDate(scan, "mesh", "fusion"))
     return Try<ReportMesh>(notes, [&] { return PackMesh(ply, kMostFaces, display, sample, cloud); });
-  notes.push_back("The mesh is of an earlier cloud and left out; run polarscan mesh again.");
+  notes.push_back(ResultOf(scan, "mesh").empty()
+                      ? "The mesh was not finished and is left out; run polarscan mesh again."
+                      : "The mesh is of an earlier cloud and left out; run polarscan mesh again.");
   scan.erase("mesh");
   if (scan["stages"]["mesh"].value("state", "") == "done") scan["stages"].erase("mesh");
   return {};
@@ -118,7 +132,8 @@ void WriteReport(const fs::path& scan_folder, const fs::path& html, Progress& pr
   if (const json offset = data["scan"].value("offset", json()); offset.is_array())
     notes.push_back("Coordinates are in a local frame: add " + offset.dump() +
                     " for those of the poses given.");
-  const json evaluation = Try<json>(notes, [&] { return ReadEvaluation(scan_folder, notes); });
+  const json evaluation = Try<json>(notes, [&] { return ReadEvaluation(scan_folder, data["scan"], notes); });
+  TellOldCloud(data["scan"], notes);
   const Eigen::Matrix3d& display = views.display_from_world;
   const CloudSample sample = ReadCloud(scan_folder, !evaluation.is_null(), display, notes);
   const ReportCloud cloud = sample.empty() ? ReportCloud() : PackCloud(sample);

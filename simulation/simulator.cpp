@@ -145,6 +145,9 @@ SimulationSummary Write(const SimulatorOptions& options, bool pictures, const fs
   effective.scene.seed = options.seed;
   FrameSettings settings{options.sensor, options.samples, 1, options.seed, 0};
   settings.sensor.layout = ParseLayout(options.layout);
+  if (options.width % 2 != 0 || options.height % 2 != 0)
+    throw Error("a mosaic consists of whole 2x2 cells", fmt::format("{}x{}", options.width, options.height),
+                "Choose an even --width and --height");
   ParseRings(options.rings);  // what is wrong with the options shows before the folder is touched
   Scene scene = MakeScene(effective.scene, progress);
   const json set = SetJson(options, settings.sensor, {}, false);

@@ -324,6 +324,7 @@ Input OpenInput(const fs::path& folder, const InputOptions& given, Progress& pro
   Input input;
   input.folder = folder;
   IsSession(folder) ? OpenSessionInput(input, progress) : OpenPictures(input, options);
+  input.warnings = MisspelledKeys(folder);
   FindMasks(input);
   if (!input.session && !IsViewFolder(folder)) LookAtFiles(input);
   if (fs::is_directory(folder / "sparse")) input.known_model = folder / "sparse";
@@ -334,6 +335,10 @@ Input OpenInput(const fs::path& folder, const InputOptions& given, Progress& pro
   input.aop_scale = options.aop_scale;
   const Picture first = FirstPicture(input);
   input.width = first.width(), input.height = first.height();
+  if (input.kind == InputKind::kMosaic && (input.width % 2 != 0 || input.height % 2 != 0))
+    throw Error(fmt::format("a mosaic of {}x{} pixels does not consist of whole 2x2 cells", input.width,
+                            input.height),
+                folder.string(), "Cut the last column or row off, or give --input-kind photos if it is none");
   SetSensor(input, options, first);
   FindSaturation(input, options, progress);
   SetCalibration(input, std::move(calibration));
@@ -349,6 +354,10 @@ Input OpenInput(const fs::path& folder, const InputOptions& given, Progress& pro
 
 Input OpenInputs(const std::vector<fs::path>& folders, const InputOptions& options, Progress& progress) {
   if (folders.size() == 1) return OpenInput(folders[0], options, progress);
+  std::set<fs::path> different;
+  for (const fs::path& folder : folders)
+    if (!different.insert(fs::weakly_canonical(folder / "")).second)
+      throw Error("this folder is given twice", folder.string(), "Give it once");
   Input all;
   for (const fs::path& folder : folders) all.parts.push_back(OpenInput(folder, options, progress));
   const Input& first = all.parts[0];

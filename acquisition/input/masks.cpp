@@ -98,10 +98,20 @@ int OrientationOf(const InputView& view) {
 
 }  // namespace
 
+fs::path MaskFolder(const fs::path& folder) {
+  if (fs::is_directory(folder / "masks")) return folder / "masks";
+  std::vector<fs::path> others;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    const std::string name = LowerCase(entry.path().filename().string());
+    if (entry.is_directory() && (name == "masks" || name == "mask")) others.push_back(entry.path());
+  }
+  return others.empty() ? fs::path() : *std::ranges::min_element(others);
+}
+
 void FindMasks(Input& input) {
   FindBesidePictures(input.views);
-  const fs::path folder = input.folder / "masks";
-  if (!fs::is_directory(folder)) return;
+  const fs::path folder = MaskFolder(input.folder);
+  if (folder.empty()) return;
   const PictureFiles masks = ListPictureFiles(folder);
   const std::vector<std::string> strangers = FindInFolder(masks, input.views);
   if (!masks.empty() && strangers.size() == masks.size())

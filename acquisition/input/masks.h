@@ -4,11 +4,14 @@
 
 namespace polarscan {
 
-// Sets the views' masks: FOLDER/masks/NAME.*, also named after the whole file as COLMAP wants it
+// Sets the views' masks: FOLDER/masks/NAME.* (MaskFolder), also named after the whole file as COLMAP wants it
 // (NAME.jpg.png), with an ending as OpenMVS and others want it (NAME.mask.png, NAME_mask.png), or so beside
 // the picture. Masks without a picture are named in input.warnings. Throws Error if there are masks and none
 // of them matches a view, or two match the same.
 void FindMasks(Input& input);
+
+// Where the masks of a folder of pictures lie: masks/, or Masks/, mask/ and so on; empty: nowhere.
+std::filesystem::path MaskFolder(const std::filesystem::path& folder);
 
 // The view's mask as its picture, which is width x height px, is stored: turned where EXIF says that one of
 // the two is shown otherwise than it is stored. Throws Error if it has another size.

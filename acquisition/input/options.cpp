@@ -10,6 +10,7 @@
 #include "acquisition/session/session_views.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "core/words.h"
 
 namespace polarscan {
 namespace {
@@ -219,6 +220,29 @@ CameraBinding BindingOf(const Input& input) {
 InputOptions WithSensorJson(InputOptions options, const json& sensor, const std::filesystem::path& where) {
   FillFromSensor(Reader(sensor, where), options);
   return options;
+}
+
+std::vector<std::string> MisspelledKeys(const std::filesystem::path& folder) {
+  static const std::vector<std::string> kTop = {"input_kind", "gamma",  "aop_sense", "aop_scale",
+                                                "angles",     "sensor", "camera",    "settings"},
+                                        kSensor = {"layout", "bits",        "black_dn", "white_dn",
+                                                   "max_dn", "full_well_e", "dn_per_e", "read_noise_e",
+                                                   "gamma",  "calibration"};
+  std::vector<std::string> words;
+  const auto look = [&](const json& object, const std::vector<std::string>& known) {
+    for (const auto& [key, value] : object.items()) {
+      if (std::ranges::find(known, key) != known.end()) continue;
+      const std::string meant = NearestName(key, known);
+      if (!meant.empty() && !object.contains(meant))
+        words.push_back(fmt::format("{}: \"{}\" means nothing here; is \"{}\" meant?",
+                                    (folder / "set.json").string(), key, meant));
+    }
+  };
+  if (!std::filesystem::exists(folder / "set.json")) return words;
+  const json set = ReadJson(folder / "set.json");
+  look(set, kTop);
+  if (set.is_object() && set.contains("sensor") && set["sensor"].is_object()) look(set["sensor"], kSensor);
+  return words;
 }
 
 InputOptions WithSetJson(InputOptions options, const std::filesystem::path& folder) {

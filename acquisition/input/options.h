@@ -15,6 +15,9 @@ namespace polarscan {
 // counts. What is still open then is taken from "sensor" in FOLDER/session.json, which has the same keys.
 InputOptions WithSetJson(InputOptions options, const std::filesystem::path& folder);
 
+// Keys of FOLDER/set.json that are nearly one of those above, in words.
+std::vector<std::string> MisspelledKeys(const std::filesystem::path& folder);
+
 // The same from "sensor" alone, which `where` holds.
 InputOptions WithSensorJson(InputOptions options, const nlohmann::json& sensor,
                             const std::filesystem::path& where);

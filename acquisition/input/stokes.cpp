@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <array>
 #include <map>
 
@@ -90,6 +91,10 @@ std::vector<Picture> ReadStokesFile(const std::filesystem::path& path) {
         path.string(), kStokesForms);
   std::vector<Picture> pictures;
   for (Image<float>& page : ReadFloatTiff(path)) pictures.push_back({{std::move(page)}, 1, 32});
+  if (pictures.size() == 4 &&
+      std::ranges::any_of(pictures[3].planes[0].pixels(), [](float noise) { return noise < 0; }))
+    throw Error("the fourth page is the noise of S1 and S2, and this one has values below 0", path.string(),
+                "Leave it out if it is S3: circular polarization plays no part here");
   return pictures;
 }
 

@@ -37,8 +37,8 @@ bool BelongsBeside(const fs::path& path) {
 }
 
 bool IsFolderBeside(const fs::path& folder) {
-  static const std::set<std::string> kNames = {"masks",    "sparse",     "truth", "segments",
-                                               "previews", "thumbnails", "s3",    "s0p3"};
+  static const std::set<std::string> kNames = {"masks",    "mask",       "sparse", "truth", "segments",
+                                               "previews", "thumbnails", "s3",     "s0p3"};
   const std::string name = folder.filename().string();
   return name.starts_with('.') || kNames.contains(LowerCase(name)) || fs::exists(folder / "scan.json") ||
          fs::exists(folder / "views.json");

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 
 #include "acquisition/session/mapped_file.h"
 #include "core/error.h"
@@ -28,6 +29,8 @@ class Scanner {
     const std::uint64_t promised = session_.info.closed ? session_.info.records : 0;
     session_.unfinished = tail_;
     open_end_ = false;
+    TellGaps();
+    for (auto& [index, frame] : frames_) session_.frames.push_back(std::move(frame));
     if (next_index_ < promised)
       Damage(fmt::format("{} records at the end are missing", promised - next_index_));
   }
@@ -99,16 +102,12 @@ class Scanner {
   // False if the payload is known to be damaged.
   bool Take(const Record& record, std::uint64_t segment, std::uint64_t at, std::string_view bytes,
             bool verify) {
-    if (record.index > next_index_)
-      Damage(fmt::format("{} records before frame {} are missing (segment {:06})", record.index - next_index_,
+    if (!seen_.emplace(record.index, Place{record.info.sequence, segment}).second) {
+      Damage(fmt::format("frame {} is there twice: the second one is left out (segment {:06})",
                          record.info.sequence, segment));
-    if (record.index < next_index_)
-      Damage(fmt::format(
-          "frame {} was stored before: it is left out (segment {:06}, a copy of what an earlier one "
-          "holds?)",
-          record.info.sequence, segment));
-    if (record.index < next_index_) return false;
-    next_index_ = record.index + 1;
+      return false;
+    }
+    next_index_ = std::max(next_index_, record.index + 1);
     session_.records = next_index_;
     const std::uint64_t offset = at + kRecordHeaderBytes;
     const std::string_view payload = bytes.substr(offset, record.payload_bytes);
@@ -120,8 +119,20 @@ class Scanner {
     if (record.type == Record::Type::kMissing)
       session_.missing.push_back({record.info.sequence, record.missing, record.info.name});
     else
-      session_.frames.push_back({record.info, segment, offset, record.payload_bytes, record.payload_hash});
+      frames_.emplace(record.index,
+                      StoredFrame{record.info, segment, offset, record.payload_bytes, record.payload_hash});
     return true;
+  }
+
+  // Records are numbered without gaps; segments that lie in another order lose nothing.
+  void TellGaps() {
+    std::uint64_t next = 0;
+    for (const auto& [index, place] : seen_) {
+      if (index > next)
+        Damage(fmt::format("{} records before frame {} are missing (segment {:06})", index - next,
+                           place.sequence, place.segment));
+      next = index + 1;
+    }
   }
 
   // What is bad before a whole record was stored once; what is bad behind the last one of a session that was
@@ -139,6 +150,11 @@ class Scanner {
   Progress& progress_;
   std::uint64_t read_ = 0;  // bytes of the segments before
   std::vector<std::string> tail_;
+  struct Place {
+    std::uint64_t sequence = 0, segment = 0;
+  };
+  std::map<std::uint64_t, Place> seen_;          // by the records' numbers
+  std::map<std::uint64_t, StoredFrame> frames_;  // whole ones
   std::uint64_t next_index_ = 0;
 };
 

@@ -36,8 +36,9 @@ namespace fs = std::filesystem;
 constexpr std::size_t kMostPoints = 2'000'000;  // that make the surface: every second, third, ... of more
 constexpr std::size_t kLeastCloud = 100;
 constexpr double kCell = 2.2;  // px, of the octree that makes the surface: coarser ones lose detail
-constexpr int kFinestDepth = 10;
-constexpr std::size_t kMostCells = 1'000'000;  // of the octree: one step coarser is taken for more
+constexpr int kFinestDepth = 12;
+constexpr std::size_t kMostCells = 1'000'000;  // of the octree: coarser steps are taken for more ...
+constexpr int kMostCoarser = 3;                // ... but no more than these
 constexpr float kSame = 0.02f;         // share of the depth by which an estimate may differ from a membrane
 constexpr double kSupportOfTwo = 1.2;  // a view gives 1 at most: more than one alone, though both look askew
 constexpr float kLeastFacing = 0.02f;  // cosine between a normal and the line of sight
@@ -99,9 +100,12 @@ Drawn CommonSurface(const Workspace& workspace, const std::string& kind, const S
   MeshOptions meshing;
   const double pixel = PixelSize(cloud, workspace);
   for (meshing.depth = kCoarsestDepth; PoissonCell(cloud, meshing.depth) > kCell * pixel;) ++meshing.depth;
-  std::size_t cells = OccupiedCells(cloud, meshing.depth);
-  if (cells > kMostCells) cells = OccupiedCells(cloud, --meshing.depth);
-  if (meshing.depth > kFinestDepth || cells > kMostCells)
+  const int finest = meshing.depth;
+  meshing.depth = std::min(finest, kFinestDepth);
+  while (meshing.depth > std::max(kCoarsestDepth, finest - kMostCoarser) &&
+         OccupiedCells(cloud, meshing.depth) > kMostCells)
+    --meshing.depth;
+  if (meshing.depth < finest - kMostCoarser || OccupiedCells(cloud, meshing.depth) > kMostCells)
     throw NothingFound("the scene is too large for one surface as fine as its pictures", workspace.folder);
   meshing.refinement = RefinementBy(options);
   meshing.silhouette_margin_px = options.silhouette_margin_px;

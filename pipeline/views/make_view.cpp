@@ -1,18 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
 #include <numbers>
 
+#include "core/error.h"
 #include "pipeline/views/views.h"
 
 namespace polarscan {
 namespace {
 
 // Values of aop/ in radians, anticlockwise or not as the source has it.
-Image<float> AopRadians(const Picture& picture, const std::string& scale) {
+Image<float> AopRadians(const Picture& picture, const std::string& scale, const std::string& where) {
   const bool radians = scale == "radians" || (scale == "auto" && picture.bits == 32);
   const double unit = radians              ? 1
                       : scale == "degrees" ? std::numbers::pi / 180
                                            : std::numbers::pi / picture.full_scale;
   Image<float> aop = picture.planes[0];
+  constexpr float kNoRadians = 7;  // more than a turn
+  if (radians && std::ranges::any_of(aop.pixels(), [](float value) {
+        return std::isfinite(value) && std::abs(value) > kNoRadians;
+      }))
+    throw Error("angles beyond a whole turn are no radians", where,
+                "Give --aop-scale degrees if they are degrees");
+  if (scale == "degrees" && picture.bits < 32 &&
+      std::ranges::any_of(aop.pixels(), [](float value) { return value > 180; }))
+    throw Error("angles of polarization go up to 180 degrees, here are larger ones", where,
+                "Give --aop-scale half-turn if full scale is 180 degrees");
   for (float& value : aop.pixels()) value = float(value * unit);
   return aop;
 }
@@ -35,7 +48,7 @@ PolarView MakeUnmirrored(const Input& input, const LoadedView& loaded, const Dem
     case InputKind::kStokes:
       return ViewFromStokes({&p[0], &p[1], &p[2]}, p.size() > 3 ? &p[3].planes[0] : nullptr);
     case InputKind::kRgbAopDop:
-      return ViewFromAopDop(p[0], AopRadians(p[1], input.aop_scale), Dop(p[2]), input.sensor);
+      return ViewFromAopDop(p[0], AopRadians(p[1], input.aop_scale, loaded.name), Dop(p[2]), input.sensor);
     default:
       return ViewFromPhoto(p[0], input.sensor);
   }

@@ -25,7 +25,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kViewsAtOnce = 4, kScaleViews = 8;
-constexpr double kMostlyDark = 0.5;  // share of pixels with S0 below 0, or none
+// Of the pixels: sound views have none of the first two, some clipped ones; four angles that were taken one
+// after the other differ by a percent or two.
+constexpr double kMuchWithoutLight = 0.05, kMuchImpossible = 0.2, kMostlyClipped = 0.5, kUnbalanced = 0.05;
 constexpr double kScalePercentile = 0.995, kScalePixels = 50e3;
 
 // S0 of the brightest colour at a regular grid of pixels.
@@ -83,19 +85,6 @@ void WritePicture(const fs::path& path, const PolarView& view, double scale) {
   WritePng(path, picture);
 }
 
-// Returns the share of pixels with S0 below 0, or without a number, in the mask if there is one.
-// What was no number has become 0 of infinite noise.
-double ShareWithoutLight(const StokesImage& stokes, const Image<std::uint8_t>& mask) {
-  std::size_t below = 0, all = 0;
-  for (std::size_t i = 0; i < stokes.s0.size(); ++i) {
-    if (!mask.empty() && !mask.pixels()[i]) continue;
-    ++all;
-    const float s0 = stokes.s0.pixels()[i];
-    below += s0 < 0 || (s0 == 0 && !std::isfinite(stokes.noise.pixels()[i]));
-  }
-  return all ? double(below) / double(all) : 0;
-}
-
 // Of the files that hold many views each.
 using StackHashes = std::map<fs::path, std::uint64_t>;
 
@@ -109,7 +98,7 @@ StackHashes HashStacks(const Input& input, const Progress& progress) {
   return hashes;
 }
 
-// Hash of everything that a view is made from, but for the scale of its picture.
+// Hash of everything that a view is made from, but for its mask and the scale of its picture.
 std::uint64_t HashView(const Input& input, const InputView& view, const DemosaicOptions& options,
                        const StackHashes& stacks) {
   const int format = 4;  // of what is written; to be raised when that changes
@@ -121,9 +110,10 @@ std::uint64_t HashView(const Input& input, const InputView& view, const Demosaic
   if (view.sums) hash = Hash("sums", hash);
   for (const double exposure : view.exposures) hash = Hash(fmt::format("exposure {}", exposure), hash);
   for (const std::size_t frame : view.frames) hash = Hash(ToHex(input.session->frames[frame].hash), hash);
-  return view.mask ? HashFile(*view.mask, hash) : hash;
+  return hash;
 }
 
+// With the mask. Warns of views that hold the same picture.
 std::vector<std::uint64_t> HashViews(const Input& input, const DemosaicOptions& options, Progress& progress) {
   std::vector<std::uint64_t> hashes(input.views.size());
   const StackHashes stacks = HashStacks(input, progress);
@@ -131,6 +121,15 @@ std::vector<std::uint64_t> HashViews(const Input& input, const DemosaicOptions& 
     progress.Check();
     hashes[std::size_t(i)] = HashView(*input.Source(i).first, input.views[std::size_t(i)], options, stacks);
   });
+  std::map<std::uint64_t, std::vector<std::string>> same;
+  for (std::size_t i = 0; i < hashes.size(); ++i) {
+    same[hashes[i]].push_back(input.views[i].name);
+    if (input.views[i].mask) hashes[i] = HashFile(*input.views[i].mask, hashes[i]);
+  }
+  for (const auto& [hash, views] : same)
+    if (views.size() > 1)
+      progress.Warn(fmt::format("{} hold the same picture, which bears witness once: take the copies out",
+                                Enumerate(views)));
   return hashes;
 }
 
@@ -145,9 +144,8 @@ double UpdateScale(const Input& input, const DemosaicOptions& options,
   return scale;
 }
 
-// Returns the share of pixels without light (ShareWithoutLight).
-double WriteView(const Input& input, int index, const DemosaicOptions& options, double scale, bool pictures,
-                 ViewStore& store, const Progress& progress) {
+ViewDoubts WriteView(const Input& input, int index, const DemosaicOptions& options, double scale,
+                     bool pictures, ViewStore& store, const Progress& progress) {
   const LoadedView loaded = ReadView(input, index);
   progress.Check();
   const PolarView view = MakeView(*input.Source(index).first, loaded, options);
@@ -160,7 +158,7 @@ double WriteView(const Input& input, int index, const DemosaicOptions& options, 
   } else {
     WritePng(store.MaskPath(loaded.name), loaded.mask);
   }
-  return ShareWithoutLight(view.stokes, loaded.mask);
+  return DoubtsOf(view, loaded.mask);
 }
 
 // Calls f for every element, a few at once: what they hold in memory is bounded.
@@ -177,6 +175,43 @@ void ForEachBounded(const std::vector<int>& items, F&& f) {
 }
 
 }  // namespace
+
+void DoubtfulViews::Add(const std::string& view, const ViewDoubts& doubts) {
+  if (doubts.without_light > kMuchWithoutLight) without_light_.insert(view);
+  if (doubts.impossible > kMuchImpossible) impossible_.insert(view);
+  if (doubts.clipped > kMostlyClipped) clipped_.insert(view);
+  if (doubts.imbalance > kUnbalanced) unbalanced_.insert(view);
+}
+
+std::vector<std::string> DoubtfulViews::Words(const Input& input) const {
+  std::vector<std::string> words;
+  const auto say = [&](const std::set<std::string>& views, const std::string& what, const std::string& cure) {
+    if (!views.empty())
+      words.push_back(fmt::format("{} view{} {}: {}. {}", views.size(), views.size() == 1 ? " has" : "s have",
+                                  what, Enumerate({views.begin(), views.end()}, 5), cure));
+  };
+  const bool stokes = input.kind == InputKind::kStokes;
+  say(without_light_,
+      fmt::format("less than no light in {:.0f} % of the pixels or more (S0 below 0 or no number)",
+                  100 * kMuchWithoutLight),
+      stokes ? "Are these Stokes images, and is S0 the first?" : "Is --black-level right?");
+  say(impossible_,
+      fmt::format("more polarized light than light in {:.0f} % of the pixels or more (a degree above 1)",
+                  100 * kMuchImpossible),
+      stokes ? "Are these S0, S1, S2 in this order and on one scale, and not the light behind polarizers?"
+      : input.kind == InputKind::kRgbAopDop
+          ? "Degrees go from 0 to 1 (or to full scale of their files), not to 100"
+          : "Is each picture that of its angle, and the black level right?");
+  say(clipped_, "nothing in most of the pixels: they are clipped, or no number",
+      "Expose less, or check --white-level and --bits");
+  say(unbalanced_,
+      fmt::format(
+          "pictures behind the four angles that do not belong together: I0 + I90 and I45 + I135 differ by "
+          "{:.0f} % and more",
+          100 * kUnbalanced),
+      "Is one of another exposure, of another angle, or of another view?");
+  return words;
+}
 
 void MakeStokesViews(const Input& input, const fs::path& folder, const DemosaicOptions& options,
                      Progress& progress, bool pictures) {
@@ -205,24 +240,20 @@ void MakeStokesViews(const Input& input, const fs::path& folder, const DemosaicO
   store.Begin(names);
 
   std::mutex mutex;
-  std::set<std::string> dark;
+  DoubtfulViews doubtful;
 
   progress.Begin("Stokes views", todo.size());
   ForEachBounded(todo, [&](int i) {
     progress.Check();
-    if (WriteView(input, i, options, scale, has_pictures(i), store, progress) > kMostlyDark) {
+    const ViewDoubts doubts = WriteView(input, i, options, scale, has_pictures(i), store, progress);
+    {
       const std::lock_guard lock(mutex);
-      dark.insert(input.views[std::size_t(i)].name);
+      doubtful.Add(input.views[std::size_t(i)].name, doubts);
     }
     store.Record(input.views[std::size_t(i)].name, key(i));
     progress.Advance();
   });
-  if (!dark.empty())
-    progress.Warn(fmt::format(
-        "{} views have less than no light in most of their pixels (S0 below 0 or no number): {}. {}",
-        dark.size(), Enumerate({dark.begin(), dark.end()}, 5),
-        input.kind == InputKind::kStokes ? "Are these Stokes images, and is S0 the first?"
-                                         : "Is --black-level right?"));
+  for (const std::string& words : doubtful.Words(input)) progress.Warn(words);
 }
 
 }  // namespace polarscan

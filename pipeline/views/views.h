@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <filesystem>
+#include <set>
+#include <string>
+#include <vector>
 
 #include "acquisition/input/input.h"
 #include "core/progress.h"
+#include "demosaic/doubts.h"
 #include "demosaic/method.h"
 #include "demosaic/polar_view.h"
 
@@ -26,5 +30,15 @@ PolarView MakeView(const Input& input, const LoadedView& loaded, const DemosaicO
 // any time. Memory: at most four views at once. Throws Error on damaged input, Cancelled.
 void MakeStokesViews(const Input& input, const std::filesystem::path& folder, const DemosaicOptions& options,
                      Progress& progress, bool pictures = false);
+
+// Gathers what is wrong with views (demosaic/doubts.h), for one sentence a kind of fault.
+class DoubtfulViews {
+ public:
+  void Add(const std::string& view, const ViewDoubts& doubts);
+  std::vector<std::string> Words(const Input& input) const;
+
+ private:
+  std::set<std::string> without_light_, impossible_, clipped_, unbalanced_;
+};
 
 }  // namespace polarscan

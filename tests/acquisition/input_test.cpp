@@ -2,6 +2,7 @@
 #include "acquisition/input/input.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -10,6 +11,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/picture_tags.h"
 #include "core/random.h"
 
 namespace polarscan {
@@ -374,6 +376,83 @@ TEST_F(InputTest, SeveralKindsInOneFolderAskWhichToUse) {
   EXPECT_EQ(Complaint({.kind = "stokes"}), "");
 }
 
+TEST_F(InputTest, KeysThatAreNearlyRightAreNamed) {
+  Grey8("mosaic/a.png");
+  Set(R"({"seed": 3, "sensr": 1, "sensor": {"layout": "90 45 / 135 0", "blackdn": 60, "pixel_um": 3.45}})");
+  const std::vector<std::string> warnings = Open().warnings;
+  ASSERT_EQ(warnings.size(), 1u) << fmt::format("{}", fmt::join(warnings, "; "));
+  EXPECT_NE(warnings[0].find("\"blackdn\" means nothing here; is \"black_dn\" meant?"), std::string::npos);
+}
+
+TEST_F(InputTest, AFolderOfMasksMayBeginWithACapital) {
+  Grey8("mosaic/a.png");
+  for (const char* name : {"Masks", "mask"}) {
+    WritePng(folder_ / name / "a.png", Image<std::uint8_t>(8, 6, 255));
+    InputOptions options;
+    options.layout = "90 45 / 135 0";
+    EXPECT_TRUE(Open(options).views[0].mask.has_value()) << name;
+    fs::remove_all(folder_ / name);
+  }
+}
+
+TEST_F(InputTest, AMosaicOfHalfCellsAndAFolderGivenTwiceAreNamed) {
+  Grey8("mosaic/a.png", 9, 6);
+  InputOptions options;
+  options.layout = "90 45 / 135 0";
+  EXPECT_SAYS(Complaint(options), "9x6 pixels does not consist of whole 2x2 cells");
+  Grey8("mosaic/a.png");
+  Progress progress;
+  try {
+    OpenInputs({folder_, folder_ / "mosaic" / ".."}, options, progress);
+    FAIL() << "no error was thrown";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("given twice"), std::string::npos) << error.what();
+  }
+}
+
+// A grey 8-bit TIFF of one strip with the tag Orientation, written by hand.
+std::string TiffWithOrientation(const Image<std::uint8_t>& image, std::uint16_t orientation, bool big) {
+  std::string bytes = big ? "MM" : "II";
+  const auto put = [&](std::uint32_t value, int count) {
+    for (int i = 0; i < count; ++i) bytes += char(value >> 8 * (big ? count - 1 - i : i));
+  };
+  put(42, 2), put(std::uint32_t(8 + image.size()), 4);
+  for (const std::uint8_t pixel : image.pixels()) bytes += char(pixel);
+  const std::pair<std::uint16_t, std::uint32_t> entries[] = {{256, image.width()},
+                                                             {257, image.height()},
+                                                             {258, 8},
+                                                             {259, 1},
+                                                             {262, 1},
+                                                             {273, 8},
+                                                             {274, orientation},
+                                                             {277, 1},
+                                                             {278, image.height()},
+                                                             {279, std::uint32_t(image.size())}};
+  put(std::size(entries), 2);
+  for (const auto& [tag, value] : entries) {
+    const bool is_long = tag == 273 || tag == 279;
+    put(tag, 2), put(is_long ? 4 : 3, 2), put(1, 4);
+    put(value, is_long ? 4 : 2);
+    if (!is_long) put(0, 2);
+  }
+  put(0, 4);
+  return bytes;
+}
+
+TEST_F(InputTest, TiffIsReadAsItIsStoredWhateverItsOrientationSays) {
+  Image<std::uint8_t> image(8, 6);
+  for (std::size_t i = 0; i < image.size(); ++i) image.pixels()[i] = std::uint8_t(5 * i);
+  for (const bool big : {false, true})
+    for (std::uint16_t orientation = 1; orientation <= 8; ++orientation) {
+      WriteFileAtomically(folder_ / "a.tif", TiffWithOrientation(image, orientation, big));
+      const Picture picture = ReadPicture(folder_ / "a.tif");
+      ASSERT_EQ(picture.width(), 8) << orientation;
+      for (std::size_t i = 0; i < image.size(); ++i)
+        ASSERT_EQ(picture.planes[0].pixels()[i], float(image.pixels()[i])) << orientation << " " << i;
+      EXPECT_EQ(ReadPictureTags(folder_ / "a.tif").orientation, orientation);
+    }
+}
+
 TEST_F(InputTest, AMaskOfAnotherSizeIsNamed) {
   Angles({"000"});
   Grey8("masks/000.png", 8, 7);
@@ -412,6 +491,12 @@ TEST_F(InputTest, ABadSetJsonIsNamed) {
   EXPECT_SAYS(Complaint(), "input-kind video");
   Set(R"({"sensor": {"layout": "90 45 / 135 0", "black_dn": 300}})");
   EXPECT_SAYS(Complaint(), "black level 300 is not below");
+}
+
+TEST_F(InputTest, AFourthPageWithValuesBelow0IsNoNoise) {
+  const Image<float> page(8, 6, 0.5f), circular(8, 6, -0.01f);
+  WriteFloatTiff(folder_ / "a.tif", {&page, &page, &page, &circular});
+  EXPECT_SAYS(Complaint(), "the fourth page is the noise");
 }
 
 TEST_F(InputTest, StokesPicturesMustBeFloatingPoint) {

@@ -140,10 +140,22 @@ TEST_F(SessionFolder, FramesThatWereStoredBeforeAreNamedAndLeftOut) {
   EXPECT_EQ(doubled.frames.size(), 4u);
   EXPECT_EQ(doubled.info.counts.stored, 4u);
   ASSERT_EQ(doubled.damage.size(), 4u);
-  EXPECT_NE(doubled.damage[0].find("frame 0 was stored before"), std::string::npos) << doubled.damage[0];
+  EXPECT_NE(doubled.damage[0].find("frame 0 is there twice"), std::string::npos) << doubled.damage[0];
   Overwrite(segment(), whole);
   Overwrite(segment(1), whole);
   EXPECT_EQ(OpenSession(session()).frames.size(), 4u) << "a copy of a segment";
+}
+
+TEST_F(SessionFolder, SegmentsInAnotherOrderLoseNothing) {
+  WriteSession(session(), 6, true, 3 * kRecordBytes);
+  const std::string first = ReadFile(segment()), second = ReadFile(segment(1));
+  Overwrite(segment(), second);
+  Overwrite(segment(1), first);
+  const Session read = OpenSession(session(), Verify::kPayloads);
+  EXPECT_TRUE(read.damage.empty()) << read.damage[0];
+  ASSERT_EQ(read.frames.size(), 6u);
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(read.frames[i].info.sequence, i);
+  ExpectOnlyTrueFrames(read);
 }
 
 TEST_F(SessionFolder, RecordsOfAnotherSessionAreNotTakenForThisOnes) {

@@ -236,6 +236,46 @@ TEST_F(DemosaicCommand, ViewsWithoutANumberInThemAreNamed) {
   EXPECT_NE(outcome.err.find("(S0 below 0 or no number): b."), std::string::npos) << outcome.err;
 }
 
+TEST_F(DemosaicCommand, WhatNoLightCanBeIsNamed) {
+  WriteAngles("a", 0.8, 0.3, -0.1);
+  WriteAngles("b", 0.8, 0.3, -0.1);
+  for (const char* angle : {"I-0", "I-90"})  // another exposure than the other two
+    WritePng(Input() / angle / "b.png", Image<std::uint16_t>(40, 30, 8000));
+  const auto says = [&](const Outcome& outcome, const std::string& words) {
+    EXPECT_NE(outcome.err.find(words), std::string::npos) << words << "\n" << outcome.err;
+  };
+  const std::string words = "1 view has pictures behind the four angles that do not belong together";
+  says(Run(), words);
+  says(RunPolarscan({"check", Input().string(), "--bits", "16"}), words);
+  fs::remove_all(Input());
+  const Image<float> s0(40, 30, 0.2f), s1(40, 30, 0.5f);
+  WriteFloatTiff(Input() / "a.tif", {&s0, &s1, &s1});
+  fs::remove_all(Views());
+  says(Run({"--input-kind", "stokes"}), "1 view has more polarized light than light");
+}
+
+TEST_F(DemosaicCommand, TheSamePictureTwiceIsNamed) {
+  for (const char* view : {"a", "b"}) WriteAngles(view, 0.8, 0.3, -0.1);
+  WriteAngles("c", 0.8, 0.2, -0.1);
+  const Outcome outcome = Run();
+  EXPECT_NE(outcome.err.find("a, b hold the same picture"), std::string::npos) << outcome.err;
+}
+
+TEST_F(DemosaicCommand, ViewsOfOtherPicturesAreNotWrittenOver) {
+  WriteAngles("a", 0.8, 0.3, -0.1);
+  ASSERT_EQ(Run().exit_code, kDone);
+  const fs::path moved = folder_ / "moved";
+  fs::copy(Input(), moved, fs::copy_options::recursive);
+  const auto again = [&] {
+    return RunPolarscan({"demosaic", moved.string(), "-o", Views().string(), "--bits", "16"});
+  };
+  const Outcome other = again();
+  EXPECT_EQ(other.exit_code, kFailed);
+  EXPECT_NE(other.err.find("this folder holds the views of other pictures"), std::string::npos) << other.err;
+  fs::remove_all(Input());
+  EXPECT_EQ(again().exit_code, kDone) << "they were moved";
+}
+
 TEST_F(DemosaicCommand, TwoAtOnceInOneFolderAreNotLetIn) {
   WriteAngles("a", 0.8, 0.3, -0.1);
   CreateFolder(Views());

@@ -538,6 +538,54 @@ TEST_F(Pipeline, AScanMovedTogetherWithItsInputGoesOn) {
   EXPECT_EQ(RunPolarscan({"sfm", Folder("after/scan").string()}).exit_code, 0) << "poses by their old path";
 }
 
+TEST_F(Pipeline, AScanCopiedTogetherWithItsInputGoesOnWhileTheOriginalIsThere) {
+  fs::create_directories(Folder("first"));
+  fs::copy(Input(), Folder("first/pictures"), fs::copy_options::recursive);
+  const auto command = [&](const char* where) {
+    std::vector<std::string> words = Command(Folder(where) / "scan");
+    words[1] = (Folder(where) / "pictures").string();
+    return words;
+  };
+  ASSERT_EQ(RunPolarscan(command("first")).exit_code, 0);
+  fs::copy(Folder("first"), Folder("second"), fs::copy_options::recursive);
+  const Outcome copy = RunPolarscan(command("second"));
+  EXPECT_EQ(copy.exit_code, 0) << copy.err;
+  std::vector<std::string> mixed = command("second");
+  mixed[1] = (Folder("first") / "pictures").string();
+  EXPECT_NE(RunPolarscan(mixed).err.find("a scan of another input"), std::string::npos);
+}
+
+// A wrong option costs no result, and what is of earlier maps says so.
+TEST_F(Pipeline, AFailedStageLosesNothingAndWhatIsOutOfDateIsNamedEverywhere) {
+  const fs::path scan = Folder("scan");
+  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
+  const auto says = [](const Outcome& outcome, const std::string& words) {
+    EXPECT_NE(outcome.err.find(words), std::string::npos) << words << "\n" << outcome.err;
+  };
+  EXPECT_EQ(RunPolarscan({"stereo", scan.string(), "--views", "cup*"}).exit_code, kFailed);
+  EXPECT_EQ(RunPolarscan({"fuse", scan.string(), "--fusion-maps", "photometric"}).exit_code, kFailed);
+  const Outcome whole = RunPolarscan({"check", scan.string()});
+  EXPECT_EQ(whole.err.find("out of date"), std::string::npos) << whole.err;
+  says(RunPolarscan(Command(scan)), "fusion   done before");
+  {
+    const Descriptor other = LockFolder(scan, "scan");
+    EXPECT_EQ(RunPolarscan({"check", scan.string()}).exit_code, kDone) << "it only looks";
+  }
+  const std::string truth = (Input() / "truth").string();
+  ASSERT_EQ(RunPolarscan({"evaluate", scan.string(), "--truth", truth}).exit_code, kDone);
+  ASSERT_EQ(
+      RunPolarscan({"stereo", scan.string(), "--preset", "fast", "--window-radius", "3", "--samples", "4"})
+          .exit_code,
+      kDone);
+  says(RunPolarscan({"check", scan.string()}),
+       "fusion: out of date, it is of an earlier result of stage stereo");
+  ASSERT_EQ(RunPolarscan({"report", scan.string()}).exit_code, kDone);
+  const std::string notes = DataOf(ReadFile(scan / "report.html")).at("notes").dump();
+  EXPECT_NE(notes.find("The cloud is not of these maps"), std::string::npos) << notes;
+  EXPECT_NE(notes.find("The evaluation is of earlier maps"), std::string::npos) << notes;
+  says(RunPolarscan({"evaluate", scan.string(), "--truth", truth}), "the cloud is out of date");
+}
+
 TEST_F(Pipeline, APresetIsTakenWholeAndWhatElseIsGivenGoesOnTop) {
   const fs::path scan = Folder("scan");
   ASSERT_EQ(RunPolarscan(Command(scan, {"--preset", "paper", "--no-polarization"})).exit_code, 0);
