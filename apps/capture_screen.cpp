@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/capture_screen.h"
 
+#include "core/words.h"
+
 #include <fmt/format.h>
 #include <poll.h>
 #include <termios.h>

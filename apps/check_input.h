@@ -2,7 +2,7 @@
 #pragma once
 #include <filesystem>
 
-#include "acquisition/input.h"
+#include "acquisition/input/input.h"
 #include "apps/command.h"
 
 namespace polarscan {

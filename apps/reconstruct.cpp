@@ -8,6 +8,7 @@
 #include "apps/command.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "core/words.h"
 #include "pipeline/stages.h"
 #include "report/report.h"
 

@@ -33,7 +33,7 @@ void ExportByAngle(const std::string& folder, const InputOptions& options, const
   context.Finish({{"folder", output}, {"views", views}}, fmt::format("{} views in {}", views, output));
 }
 
-struct Arguments {
+struct ExchangeArguments {
   std::string from, to, format = "tiff", as = "mosaic";
   InputOptions input;
 };
@@ -41,7 +41,7 @@ struct Arguments {
 }  // namespace
 
 void AddImportCommand(CLI::App& app, Context& context) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<ExchangeArguments>();
   CLI::App* command = app.add_subcommand("import", "Turn raw mosaics into a session");
   command->add_option("INPUT", a->from, "Folder of raw mosaics (docs/input.md)")
       ->required()
@@ -57,7 +57,7 @@ void AddImportCommand(CLI::App& app, Context& context) {
 }
 
 void AddExportCommand(CLI::App& app, Context& context) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<ExchangeArguments>();
   CLI::App* command = app.add_subcommand("export", "Turn a session into 16-bit pictures, an INPUT again");
   command->add_option("SESSION", a->from, "A session")->required()->check(IsFolder());
   command->add_option("-o,--output", a->to, "The folder for pictures and set.json, new or empty")->required();

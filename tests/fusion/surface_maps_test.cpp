@@ -12,6 +12,7 @@
 #include "pipeline/aop_check.h"
 #include "pipeline/stereo/done_list.h"
 #include "stereo/costs/view.h"
+#include "stereo/dense/load_view.h"
 #include "tests/fusion/sphere_scene.h"
 
 namespace polarscan {
