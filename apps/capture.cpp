@@ -81,7 +81,7 @@ std::string PickCamera() {
 // What could be meant instead.
 std::string CamerasThereAre(const std::string& id, const Progress& progress) {
   std::vector<std::string> ids;
-  for (const CameraInfo& camera : WhileListening(progress, ListCameras)) ids.push_back(camera.id);
+  for (const CameraInfo& camera : WhileListening(progress, ListAllCameras)) ids.push_back(camera.id);
   const std::string nearest = NearestName(id, ids);
   return fmt::format("{}There are {}, replay:SESSION",
                      nearest.empty() ? "" : "Did you mean " + nearest + "? ", fmt::join(ids, ", "));
@@ -158,7 +158,7 @@ std::string Describe(const CameraInfo& camera) {
 
 std::map<std::string, std::string> CamerasNow(const Progress& progress) {
   std::map<std::string, std::string> cameras;
-  for (const CameraInfo& camera : WhileListening(progress, ListCameras))
+  for (const CameraInfo& camera : WhileListening(progress, ListAllCameras))
     cameras[camera.id] = Describe(camera);
   return cameras;
 }
@@ -227,7 +227,7 @@ void AddCamerasCommand(CLI::App& app, Context& context) {
     std::string text;
     std::vector<CameraInfo> cameras;
     DoWhole("the cameras are not known yet",
-            [&] { cameras = WhileListening(context.progress, ListCameras); });
+            [&] { cameras = WhileListening(context.progress, ListAllCameras); });
     for (const CameraInfo& camera : cameras) {
       list.push_back(ToJson(camera));
       text += (text.empty() ? "" : "\n") + Describe(camera);
