@@ -275,6 +275,7 @@ class SeveralExposures : public testing::Test {
         {{"sensor", {{"layout", "90 45 / 135 0"}, {"bits", 12}, {"black_dn", 60}, {"white_dn", 4095}}}});
   }
   Outcome Demosaic(const std::string& input) const {
+    fs::remove_all(folder_ / "views");
     return RunPolarscan({"demosaic", (folder_ / input).string(), "-o", (folder_ / "views").string()});
   }
   void ExpectRight() const {
