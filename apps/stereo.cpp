@@ -122,7 +122,6 @@ void Run(const StereoArguments& a, const StereoOptions& options, Context& contex
   if (!a.shard.empty()) return RunShard(a.scan / "dense", a, options, context);
   Scan scan = Scan::Open(a.scan, context.progress);
   scan.ContinueAfter("dense");
-  ChosenViews(ReadWorkspace(scan.dense()), options.views);  // a wrong name costs no map that is there
   RunStereo(scan, options);
   context.Finish(
       scan.state()["stages"]["stereo"],

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "demosaic/doubts.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 #include <vector>
+
+#include "core/statistics.h"
 
 namespace polarscan {
 namespace {
@@ -41,11 +43,7 @@ ViewDoubts DoubtsOf(const PolarView& view, const Image<std::uint8_t>& mask) {
   if (all > 0)
     doubts.without_light = double(below) / double(all), doubts.clipped = double(clipped) / double(all);
   if (lit > 0) doubts.impossible = double(impossible) / double(lit);
-  if (!imbalances.empty()) {
-    const auto middle = imbalances.begin() + std::ptrdiff_t(imbalances.size() / 2);
-    std::nth_element(imbalances.begin(), middle, imbalances.end());
-    doubts.imbalance = std::abs(*middle);
-  }
+  doubts.imbalance = std::abs(Quantile(std::move(imbalances), 0.5));
   return doubts;
 }
 

@@ -11,8 +11,8 @@
 #include "pipeline/aop_check.h"
 #include "pipeline/stereo/surface_maps.h"
 #include "pipeline/views/views.h"
+#include "stereo/dense/mask_fit.h"
 #include "stereo/sfm/known_poses.h"
-#include "stereo/sfm/mask_fit.h"
 #include "stereo/sfm/verdict.h"
 #include "stereo/workspace.h"
 

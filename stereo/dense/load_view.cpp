@@ -2,18 +2,19 @@
 #include "stereo/dense/load_view.h"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
+
+#include "core/statistics.h"
 
 namespace polarscan {
 namespace {
 
+// Of every seventh pixel.
 float Percentile(const Image<float>& image, double share) {
-  std::vector<float> values;
-  for (std::size_t i = 0; i < image.size(); i += 7) values.push_back(image.pixels()[i]);
-  if (values.empty()) return 0;
-  const auto place = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
+  std::vector<double> values;
+  for (std::size_t i = 0; i < image.size(); i += 7) values.push_back(double(image.pixels()[i]));
+  return float(Quantile(std::move(values), share));
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/sfm/mask_fit.h"
+#include "stereo/dense/mask_fit.h"
 
 #include <fmt/format.h>
 
@@ -12,12 +12,13 @@
 #include "core/parallel.h"
 #include "core/random.h"
 #include "core/words.h"
+#include "stereo/costs/view.h"
 
 namespace polarscan {
 namespace {
 
 constexpr std::size_t kMostViews = 40;
-constexpr int kMostPixels = 400, kLongestSide = 400, kSteps = 128;
+constexpr int kMostPixels = 400, kLongestSide = 400, kDepthSteps = 128;
 constexpr int kExcluders = 2;       // one bad mask spoils none of the others
 constexpr std::size_t kFewest = 4;  // masks that can tell
 constexpr double kMuch = 0.2, kMostOfThem = 0.4;
@@ -55,14 +56,6 @@ Image<std::uint8_t> Small(const Image<std::uint8_t>& mask, int width, int height
   return small;
 }
 
-bool TouchesBorder(const Image<std::uint8_t>& mask) {
-  for (int x = 0; x < mask.width(); ++x)
-    if (mask(x, 0) || mask(x, mask.height() - 1)) return true;
-  for (int y = 0; y < mask.height(); ++y)
-    if (mask(0, y) || mask(mask.width() - 1, y)) return true;
-  return false;
-}
-
 std::vector<Outline> Outlines(const Workspace& workspace, Progress& progress) {
   std::vector<int> masked;
   for (int i = 0; i < int(workspace.views.size()); ++i)
@@ -86,7 +79,7 @@ std::vector<Outline> Outlines(const Workspace& workspace, Progress& progress) {
                view.depth_max,
                Small(ReadViewMask(workspace, index), width, height),
                false};
-    outline.whole = !TouchesBorder(outline.mask);
+    outline.whole = KeepsClearOfBorder(outline.mask);
   });
   return outlines;
 }
@@ -94,8 +87,8 @@ std::vector<Outline> Outlines(const Workspace& workspace, Progress& progress) {
 bool IsLost(const Outline& from, int x, int y, const std::vector<Outline>& all) {
   const Rigid world_from_cam = from.cam_from_world.Inverse();
   const Eigen::Vector3d ray = from.camera.Ray(x + 0.5, y + 0.5);
-  for (int step = 0; step < kSteps; ++step) {
-    const double depth = from.depth_min + (step + 0.5) / kSteps * (from.depth_max - from.depth_min);
+  for (int step = 0; step < kDepthSteps; ++step) {
+    const double depth = from.depth_min + (step + 0.5) / kDepthSteps * (from.depth_max - from.depth_min);
     const Eigen::Vector3d place = world_from_cam * Eigen::Vector3d(depth * ray);
     int excluders = 0;
     for (const Outline& other : all)
