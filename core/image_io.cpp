@@ -17,6 +17,7 @@
 #include "core/files.h"
 #include "core/npy.h"
 #include "core/picture_header.h"
+#include "core/picture_tags.h"
 #include "core/words.h"
 
 namespace polarscan {
@@ -60,27 +61,10 @@ TiffFile OpenTiff(const fs::path& path, const char* mode) {
 
 // A TIFF's pixels as they are stored: its tag Orientation, which OpenCV would follow, says "upright" then.
 void ForgetOrientation(std::string& bytes) {
-  constexpr std::uint32_t kOrientation = 0x0112;
+  const std::optional<std::size_t> place = OrientationPlace(bytes);
+  if (!place) return;
   const bool big = bytes.starts_with("MM");
-  if (!big && !bytes.starts_with("II")) return;
-  const auto number = [&](std::uint64_t at, int count) {
-    std::uint64_t value = 0;
-    for (int i = 0; i < count; ++i) {
-      const std::uint64_t place = at + std::uint64_t(big ? i : count - 1 - i);
-      value = value << 8 | (place < bytes.size() ? static_cast<unsigned char>(bytes[place]) : 0u);
-    }
-    return value;
-  };
-  const bool wide = number(2, 2) == 43;  // BigTIFF
-  const std::uint64_t begin = wide ? number(8, 8) : number(4, 4), head = wide ? 8 : 2, entry = wide ? 20 : 12,
-                      value_at = wide ? 12 : 8;
-  if (begin >= bytes.size()) return;
-  const std::uint64_t count = std::min<std::uint64_t>(number(begin, int(head)), bytes.size() / entry);
-  for (std::uint64_t i = 0; i < count; ++i) {
-    const std::uint64_t at = begin + head + i * entry;
-    if (at + entry > bytes.size() || number(at, 2) != kOrientation) continue;
-    bytes[at + value_at] = big ? 0 : 1, bytes[at + value_at + 1] = big ? 1 : 0;
-  }
+  bytes[*place] = big ? 0 : 1, bytes[*place + 1] = big ? 1 : 0;
 }
 
 cv::Mat Decode(const fs::path& path) {

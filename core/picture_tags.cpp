@@ -18,9 +18,9 @@ namespace {
 namespace fs = std::filesystem;
 
 // A number of `count` bytes; 0 beyond the end.
-std::uint32_t WholeAt(std::string_view bytes, std::size_t at, int count, bool big_endian = true) {
+std::uint64_t WholeAt(std::string_view bytes, std::size_t at, int count, bool big_endian = true) {
   if (at > bytes.size() || bytes.size() - at < std::size_t(count)) return 0;
-  std::uint32_t value = 0;
+  std::uint64_t value = 0;
   for (int i = 0; i < count; ++i)
     value = value << 8 | static_cast<unsigned char>(bytes[at + std::size_t(big_endian ? i : count - 1 - i)]);
   return value;
@@ -28,18 +28,9 @@ std::uint32_t WholeAt(std::string_view bytes, std::size_t at, int count, bool bi
 
 // Of an EXIF block, which is the head of a TIFF file.
 int ExifOrientation(std::string_view exif) {
-  constexpr std::uint32_t kOrientation = 0x0112;
-  const bool big = exif.starts_with("MM");
-  if (!big && !exif.starts_with("II")) return 1;
-  const std::size_t begin = WholeAt(exif, 4, 4, big);
-  const std::uint32_t count = WholeAt(exif, begin, 2, big);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const std::size_t entry = begin + 2 + 12 * std::size_t(i);
-    if (WholeAt(exif, entry, 2, big) != kOrientation) continue;
-    const std::uint32_t value = WholeAt(exif, entry + 8, 2, big);
-    return value >= 1 && value <= 8 ? int(value) : 1;
-  }
-  return 1;
+  const std::optional<std::size_t> place = OrientationPlace(exif);
+  const std::uint64_t value = place ? WholeAt(exif, *place, 2, exif.starts_with("MM")) : 1;
+  return value >= 1 && value <= 8 ? int(value) : 1;
 }
 
 // Profiles are named in ASCII or UTF-16.
@@ -108,6 +99,23 @@ void ForEachTurned(int width, int height, int orientation, F&& f) {
 }
 
 }  // namespace
+
+std::optional<std::size_t> OrientationPlace(std::string_view tiff) {
+  constexpr std::uint64_t kOrientation = 0x0112, kBigTiff = 43;
+  const bool big = tiff.starts_with("MM");
+  if (!big && !tiff.starts_with("II")) return {};
+  const bool wide = WholeAt(tiff, 2, 2, big) == kBigTiff;
+  const int offset = wide ? 8 : 4, head = wide ? 8 : 2;
+  const std::size_t begin = WholeAt(tiff, std::size_t(offset), offset, big), size = wide ? 20 : 12,
+                    value = wide ? 12 : 8;
+  const std::uint64_t count = std::min<std::uint64_t>(WholeAt(tiff, begin, head, big), tiff.size() / size);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const std::size_t entry = begin + std::size_t(head) + size * i;
+    if (entry + size > tiff.size()) break;
+    if (WholeAt(tiff, entry, 2, big) == kOrientation) return entry + value;
+  }
+  return {};
+}
 
 PictureTags ReadPictureTags(const fs::path& path) {
   try {

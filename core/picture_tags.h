@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <filesystem>
+#include <optional>
+#include <string_view>
 
 #include "core/image.h"
 
@@ -14,6 +16,10 @@ struct PictureTags {
   // linear: its values are not linear in light.
   bool encoded = false;
 };
+
+// The place of the two bytes that hold the tag Orientation of a TIFF's first picture, or of an EXIF block,
+// which is the head of a TIFF; none if there is no such tag.
+std::optional<std::size_t> OrientationPlace(std::string_view tiff);
 
 // Nothing is said in files that are missing, damaged or of another kind.
 PictureTags ReadPictureTags(const std::filesystem::path& path);
