@@ -100,7 +100,7 @@ void CheckScan(const fs::path& path, bool repair, Context& context) {
   context.data_lost = !findings.empty();
   const std::string advice =
       fmt::format("; polarscan reconstruct {} -o {}, with its options, makes that again",
-                  scan.state().value("input", "INPUT"), path.string());
+                  scan.state().input.empty() ? "INPUT" : scan.state().input, path.string());
   context.Finish({{"path", path.string()},
                   {"kind", "scan"},
                   {"sound", findings.empty()},

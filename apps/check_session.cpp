@@ -5,7 +5,10 @@
 
 #include <cmath>
 
+#include "acquisition/input/options.h"
 #include "acquisition/session/exchange.h"
+#include "acquisition/session/session_views.h"
+#include "core/error.h"
 
 namespace polarscan {
 namespace {
@@ -35,17 +38,28 @@ std::string ClockJumps(const Session& session) {
   return text;
 }
 
+// What reconstruct could not read of the sensor's values.
+void LookAtSensor(Session& session) {
+  try {
+    WithSensorJson(InputOptions(), SensorOf(session), session.folder / "session.json");
+  } catch (const Error& error) {
+    session.damage.push_back(error.what());
+  }
+}
+
 }  // namespace
 
 void CheckSession(const std::string& folder, bool repair, Context& context) {
   Session session = OpenSession(folder, Verify::kPayloads, context.progress);
+  const bool frames_damaged = !session.damage.empty();
+  LookAtSensor(session);
   for (const std::string& text : session.unfinished) context.progress.Info("not finished: " + text);
   for (const std::string& text : session.damage) context.progress.Warn(text);
   const std::string jumps = ClockJumps(session);
   if (!jumps.empty()) context.progress.Info("the camera's clock jumped " + jumps);
   const FrameCounts counts = session.info.counts;
   context.data_lost = !session.damage.empty() || counts.lost + counts.dropped > 0;
-  if (repair && session.info.closed && !session.damage.empty())
+  if (repair && session.info.closed && frames_damaged)
     context.progress.Info(
         "--repair closes what was not closed; damaged frames cannot be made again. reconstruct, demosaic and "
         "export leave them out and use the whole ones; or copy the session again from where it was recorded");

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <map>
 
 #include "apps/option_words.h"
 #include "apps/usage.h"
@@ -114,6 +115,7 @@ std::vector<CLI::ConfigItem> ConfigFile::from_config(std::istream& file) const {
   const auto name = program_.get_config_ptr()->as<std::string>();
   std::vector<CLI::ConfigItem> settings;
   const CLI::App* command = &program_;
+  std::map<const CLI::Option*, int> lines;  // where each was set
   int number = 0;
   for (std::string text; std::getline(file, text);) {
     const std::string place = fmt::format("{}, line {}", name, ++number);
@@ -134,6 +136,9 @@ std::vector<CLI::ConfigItem> ConfigFile::from_config(std::istream& file) const {
       if (!option || !option->get_configurable())
         throw CLI::ConfigError(NoSuchOption(owner, "--" + Excerpt(item.name)) +
                                SectionsOf(program_, item.name));
+      if (const auto [first, is_new] = lines.emplace(option, number); !is_new)
+        throw CLI::ConfigError(
+            fmt::format("{} was set in line {} already", Excerpt(item.name), first->second));
       item.parents = PathOf(owner);
       item.parents.erase(item.parents.begin());  // the program
       places_[option->get_name()] = place;

@@ -34,9 +34,15 @@ HelpText::HelpText() { label("Positionals", "Arguments"); }
 
 std::string HelpText::make_help(const CLI::App* command, std::string name, CLI::AppFormatMode mode) const {
   const std::string path = name.empty() ? fmt::format("{}", fmt::join(PathOf(*command), " ")) : name;
-  return make_description(command) + make_usage(command, path) + make_positionals(command) +
-         Groups(*command, mode == CLI::AppFormatMode::All) +
-         make_subcommands(command, CLI::AppFormatMode::Normal) + "\n" + make_footer(command);
+  const bool all = mode == CLI::AppFormatMode::All;
+  std::string text = make_description(command) + make_usage(command, path) + make_positionals(command) +
+                     Groups(*command, all) + make_subcommands(command, CLI::AppFormatMode::Normal) + "\n" +
+                     make_footer(command);
+  if (all)
+    for (const CLI::App* sub :
+         command->get_subcommands([](const CLI::App* c) { return !c->get_group().empty(); }))
+      text += "\n" + make_help(sub, "", mode);
+  return text;
 }
 
 std::string HelpText::Groups(const CLI::App& command, bool all) const {

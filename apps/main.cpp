@@ -130,6 +130,7 @@ int Run(int argc, char** argv) {
   });
 
   const StopOnInterrupt interrupts(terminal);
+  ReturnFreedMemory();
   LimitMemory();
   try {
     app.parse(argc, argv);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/memory_limit.h"
 
+#include <malloc.h>
 #include <sys/resource.h>
 #include <sys/sysinfo.h>
 
@@ -28,6 +29,13 @@ std::uint64_t MemoryBytes() {
   const std::uint64_t machine = (std::uint64_t(info.totalram) + info.totalswap) * info.mem_unit;
   const std::uint64_t group = ControlGroupBytes();
   return group > 0 ? std::min(group, machine) : machine;
+}
+
+void ReturnFreedMemory() {
+#ifdef __GLIBC__
+  constexpr int kLarge = 1 << 20;  // bytes. By default glibc raises that to 32 MiB with use
+  ::mallopt(M_MMAP_THRESHOLD, kLarge);
+#endif
 }
 
 void LimitMemory() {

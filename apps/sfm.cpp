@@ -10,11 +10,10 @@ namespace {
 
 // The known poses that the scan was begun with, if any; also where the input lies now, if both were moved.
 std::optional<std::filesystem::path> KnownPoses(const Scan& scan) {
-  const nlohmann::json::json_pointer place("/options/sfm/known-poses");
-  const nlohmann::json name = scan.state().value(place, nlohmann::json(""));
+  const nlohmann::json name = scan.state().OptionsOf("sfm").value("known-poses", nlohmann::json(""));
   if (!name.is_string() || name == "") return std::nullopt;
   const fs::path path = name.get<std::string>();
-  const fs::path moved = scan.folder() / scan.state().value("input_from_here", "") / "sparse";
+  const fs::path moved = scan.folder() / scan.state().input_from_here / "sparse";
   return !fs::exists(path) && fs::is_directory(moved) ? moved : path;
 }
 
@@ -40,7 +39,7 @@ void AddSfmCommand(CLI::App& app, Context& context) {
     scan.ContinueAfter("views");
     RunSfm(scan, KnownPoses(scan), WithMasksOf(a->sfm, a->dense));
     RunDense(scan, a->dense);
-    context.Finish(scan.state()["stages"]["sfm"],
+    context.Finish(ToJson(scan.state().Stage("sfm")),
                    fmt::format("poses: {}; next: polarscan stereo {}", (scan.sfm() / "model").string(),
                                a->scan.string()));
   });

@@ -7,7 +7,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "pipeline/stages.h"
-#include "pipeline/stereo/surface_maps.h"
+#include "pipeline/stereo/stereo.h"
 #include "stereo/dense/colmap_workspace.h"
 #include "stereo/workspace.h"
 
@@ -124,7 +124,7 @@ void Run(const StereoArguments& a, const StereoOptions& options, Context& contex
   scan.ContinueAfter("dense");
   RunStereo(scan, options);
   context.Finish(
-      scan.state()["stages"]["stereo"],
+      ToJson(scan.state().Stage("stereo")),
       fmt::format("maps: {}; next: polarscan fuse {}", (scan.dense() / "stereo").string(), a.scan.string()));
 }
 

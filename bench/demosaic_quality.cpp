@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // demosaic_quality TRUTH [NOISE]: every demosaicing method on every plane of the ground truth in TRUTH
-// (bench/ground_truth.h), as the tables of docs/demosaic.md. Fitted kernels are fitted anew for each scene,
+// (bench/ground_truth.h), as the tables of docs/notes/demosaic-scenes.md. Fitted kernels are fitted anew for each scene,
 // without that scene. NOISE: standard deviation of what is added to each sample, of full scale.
 // opencv-bilinear, in colour, is a rival: OpenCV's bilinear Bayer step and bilinear polarization.
 #include <fmt/format.h>

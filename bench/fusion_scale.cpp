@@ -15,7 +15,7 @@
 #include "fusion/cloud/fuse.h"
 #include "pipeline/stereo/done_list.h"
 #include "pipeline/stereo/stage_inputs.h"
-#include "pipeline/stereo/surface_maps.h"
+#include "pipeline/stereo/stereo.h"
 #include "stereo/dense/crop.h"
 #include "tests/fusion/sphere_scene.h"
 

@@ -59,6 +59,9 @@ install(FILES ${CMAKE_BINARY_DIR}/doc/polarscan/copyright ${CMAKE_BINARY_DIR}/do
 # Not with the permissions of the sources, which come from the umask of who fetched them.
 install(DIRECTORY deploy/ DESTINATION share/doc/polarscan/examples
   DIRECTORY_PERMISSIONS ${CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS})
+install(DIRECTORY docs/ DESTINATION share/doc/polarscan/docs
+  DIRECTORY_PERMISSIONS ${CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS}
+  FILES_MATCHING PATTERN "*.md" PATTERN "*.svg" PATTERN "*.png" PATTERN "*.jpg" PATTERN "read_session.py")
 install(PROGRAMS deploy/slurm/submit-stereo DESTINATION share/doc/polarscan/examples/slurm)
 install(FILES ${CMAKE_BINARY_DIR}/doc/libpolarscan-dev/copyright ${CMAKE_BINARY_DIR}/doc/libpolarscan-dev/changelog.gz
   DESTINATION share/doc/libpolarscan-dev COMPONENT development)

@@ -24,6 +24,11 @@ struct Pinhole {
   Eigen::Vector2d Project(const Eigen::Vector3d& p) const {
     return {fx * p.x() / p.z() + cx, fy * p.y() / p.z() + cy};
   }
+  // Whether an image point lies in the picture, and whether a camera-frame point shows there.
+  bool Contains(const Eigen::Vector2d& at) const {
+    return at.x() >= 0 && at.y() >= 0 && at.x() < width && at.y() < height;
+  }
+  bool Sees(const Eigen::Vector3d& p) const { return p.z() > 0 && Contains(Project(p)); }
   // The same camera looked at through a picture of another size.
   Pinhole Resized(int new_width, int new_height) const {
     const double sx = double(new_width) / width, sy = double(new_height) / height;

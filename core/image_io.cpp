@@ -222,10 +222,10 @@ Image<std::uint8_t> NotBlack(const Image<float>& values, float black) {
   return mask;
 }
 
-Picture PictureOf(std::vector<Image<float>> planes, const fs::path& path) {
-  if (planes.size() != 1 && planes.size() != 3)
-    throw Error(fmt::format("this picture has {} channels, not 1 or 3", planes.size()), path.string());
-  return {std::move(planes), 1, 32};
+Picture PictureOf(NpyArray array, const fs::path& path) {
+  if (array.planes.size() != 1 && array.planes.size() != 3)
+    throw Error(fmt::format("this picture has {} channels, not 1 or 3", array.planes.size()), path.string());
+  return {std::move(array.planes), array.bits == 32 ? 1.0f : float((1 << array.bits) - 1), array.bits};
 }
 
 // An EXR file whose channels OpenCV does not know; none if it does.

@@ -93,7 +93,7 @@ NpyType TypeOf(const std::string& name, const std::filesystem::path& path) {
 
 }  // namespace
 
-std::vector<Image<float>> ReadNpy(const std::filesystem::path& path) {
+NpyArray ReadNpy(const std::filesystem::path& path) {
   const std::string bytes = ReadFile(path);
   const NpyHeader header = ReadNpyHeader(bytes, path);
   const NpyType type = TypeOf(header.type, path);
@@ -105,11 +105,12 @@ std::vector<Image<float>> ReadNpy(const std::filesystem::path& path) {
   const std::size_t pixels = shape[0] * shape[1];
   if (header.begin > bytes.size() || bytes.size() - header.begin < pixels * channels * type.bytes)
     throw Error("the file is cut off before its end", path.string(), "Copy it again from where it came");
-  std::vector<Image<float>> planes(channels, Image<float>(int(shape[1]), int(shape[0])));
+  const bool counts = header.type[1] == 'u';
+  NpyArray array{{channels, Image<float>(int(shape[1]), int(shape[0]))}, counts ? int(8 * type.bytes) : 32};
   const char* at = bytes.data() + header.begin;
   for (std::size_t i = 0; i < pixels; ++i)
-    for (std::size_t c = 0; c < channels; ++c, at += type.bytes) planes[c].pixels()[i] = type.value(at);
-  return planes;
+    for (std::size_t c = 0; c < channels; ++c, at += type.bytes) array.planes[c].pixels()[i] = type.value(at);
+  return array;
 }
 
 }  // namespace polarscan

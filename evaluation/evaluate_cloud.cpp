@@ -55,12 +55,8 @@ ObjectPoints SelectObjectPoints(const std::vector<Eigen::Vector3d>& points, cons
 }
 
 bool Sees(const DenseView& view, const SurfaceSample& sample, const Truth& truth, double lift) {
-  const Eigen::Vector3d p = view.cam_from_world * sample.position;
-  if (p.z() <= 0) return false;
-  const Eigen::Vector2d uv = view.camera.Project(p);
-  const bool inside = uv.x() >= 0 && uv.y() >= 0 && uv.x() < view.camera.width && uv.y() < view.camera.height;
   const Eigen::Vector3d to_camera = view.cam_from_world.Center() - sample.position;
-  return inside && to_camera.dot(sample.normal) > 0 &&
+  return view.camera.Sees(view.cam_from_world * sample.position) && to_camera.dot(sample.normal) > 0 &&
          !truth.caster.Occluded(sample.position + lift * sample.normal, to_camera, 1);
 }
 

@@ -106,7 +106,7 @@ nlohmann::json Report(const ViewErrors& errors, bool with_normals, const Evaluat
   return report;
 }
 
-ViewErrors CompareView(const Workspace& workspace, int view, const std::string& kind,
+ViewErrors CompareView(const Workspace& workspace, int view, const MapKind& kind,
                        const Similarity& truth_from_scan, const Truth& truth, const EvaluateOptions& options,
                        Progress& progress) {
   const DenseView& dense = workspace.views[std::size_t(view)];
@@ -138,7 +138,7 @@ struct Curves {
 
 nlohmann::json EvaluateMaps(const Workspace& workspace, const Similarity& truth_from_scan, const Truth& truth,
                             const EvaluateOptions& options, Progress& progress, const ErrorMapSink& sink) {
-  const std::string kind = options.kind == "auto" ? BestMapKind(workspace) : options.kind;
+  const MapKind kind = MapKindOf(options.kind, workspace);
   const double unit = options.unit > 0 ? options.unit : ObjectUnit(truth.object());
   const Scales scales{unit, ParseThresholds(options.depth_thresholds, unit),
                       ParseThresholds(options.normal_thresholds_deg, 1)};
@@ -159,11 +159,11 @@ nlohmann::json EvaluateMaps(const Workspace& workspace, const Similarity& truth_
     progress.Advance();
   }
   if (reports.empty())
-    throw Error(fmt::format("there are no {} maps", kind), (workspace.folder / "stereo").string(),
+    throw Error(fmt::format("there are no {} maps", ToString(kind)), (workspace.folder / "stereo").string(),
                 "Run polarscan stereo first");
   if (std::ranges::all_of(reports, [](const auto& report) { return report.at("object_pixels") == 0; }))
     progress.Warn("the cameras see nothing of the true object: cameras and truth may be in different frames");
-  return {{"kind", kind},
+  return {{"kind", ToString(kind)},
           {"views", reports.size()},
           {"views_without_maps", workspace.views.size() - reports.size()},
           {"unit", unit},

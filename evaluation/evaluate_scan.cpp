@@ -12,6 +12,7 @@
 #include "core/files.h"
 #include "core/ply.h"
 #include "core/shrink.h"
+#include "core/statistics.h"
 #include "evaluation/files.h"
 #include "evaluation/pictures.h"
 #include "evaluation/thresholds.h"
@@ -54,12 +55,7 @@ Eigen::AlignedBox3d MostOf(const std::vector<Eigen::Vector3d>& points) {
   std::vector<double> values(points.size());
   for (int axis = 0; axis < 3; ++axis) {
     std::ranges::transform(points, values.begin(), [axis](const Eigen::Vector3d& p) { return p[axis]; });
-    const auto at = [&](double share) {
-      const auto nth = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
-      std::ranges::nth_element(values, nth);
-      return *nth;
-    };
-    box.min()[axis] = at(0.05), box.max()[axis] = at(0.95);
+    box.min()[axis] = Quantile(values, 0.05), box.max()[axis] = Quantile(values, 0.95);
   }
   return box;
 }
@@ -117,7 +113,7 @@ class Evaluation {
   // Figures of maps and cloud that are not of each other.
   void TellOutOfDate(const fs::path& scan) {
     if (!fs::exists(scan / "scan.json")) return;
-    const nlohmann::json state = ReadJson(scan / "scan.json");
+    const ScanState state = ReadScanState(scan / "scan.json");
     done_.result["maps_result"] = ResultOf(state, "stereo");
     for (const PlannedStage& stage : OutOfDateStages(state))
       if (stage.name == "stereo" || (stage.name == "fusion" && arguments_.cloud.empty()))

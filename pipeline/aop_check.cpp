@@ -48,7 +48,7 @@ struct Witness {
 };
 
 // Evenly chosen, at most so many of those with maps.
-std::vector<int> SomeViews(const Workspace& workspace, const std::string& kind) {
+std::vector<int> SomeViews(const Workspace& workspace, const MapKind& kind) {
   std::vector<int> with_maps, some;
   for (int i = 0; i < int(workspace.views.size()); ++i)
     if (HasMaps(workspace, i, kind)) with_maps.push_back(i);
@@ -254,7 +254,7 @@ nlohmann::json ToJson(const AopFit& fit) {
 
 AopFits CheckAop(const Workspace& workspace, const StereoOptions& options, Progress& progress) {
   if (!workspace.polarized) return {{}};
-  const std::string kind = BestMapKind(workspace);
+  const MapKind kind = BestMapKind(workspace);
   const std::vector<int> views = SomeViews(workspace, kind);
   StereoOptions by_noise;
   by_noise.aop_noise_deg = options.aop_noise_deg;

@@ -128,7 +128,7 @@ void CheckWorkspace(const fs::path& folder, Progress& progress) {
     progress.Check();
     ReadViewLight(workspace, view);
     ReadViewMask(workspace, view);
-    for (const char* kind : {"photometric", "geometric"}) {
+    for (const MapKind& kind : kResults) {
       if (const fs::path path = workspace.DepthPath(view, kind); fs::exists(path)) {
         const Image<float> depth = ReadDepthMap(path);
         check_size(depth, view, path);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/statistics.h"
 #include "fusion/mesh_topology.h"
 #include "fusion/surface/dress_mesh.h"
 #include "fusion/surface/poisson/close_surface.h"
@@ -14,6 +15,7 @@
 #include "fusion/surface/silhouettes.h"
 #include "fusion/surface/simplify.h"
 #include "fusion/surface/surface.h"
+#include "pipeline/workspace_views.h"
 #include "stereo/costs/view.h"
 #include "stereo/dense/load_view.h"
 
@@ -64,7 +66,7 @@ TriangleMesh SurfaceOf(const std::vector<CloudPoint>& cloud, const Workspace& wo
     far.push_back(distance > options.trim_cells * summary.cell);
   if (options.refinement.masks) {
     const std::vector<bool> outside =
-        OutsideOfMasks(mesh.vertices, workspace, options.silhouette_margin_px, progress);
+        OutsideOfMasks(mesh.vertices, ViewsOfWorkspace(workspace), options.silhouette_margin_px, progress);
     for (std::size_t i = 0; i < far.size(); ++i) far[i] = far[i] || outside[i];
   }
   ClosingCounts counts;
@@ -82,13 +84,14 @@ TriangleMesh SurfaceOf(const std::vector<CloudPoint>& cloud, const Workspace& wo
 void Refine(CloudSurface& surface, const std::vector<CloudPoint>& cloud, const Workspace& workspace,
             const MeshOptions& options, MeshSummary& summary, Progress& progress) {
   if (!options.refinement.refine) return;
-  if (!CanRefine(workspace, options.refinement))
+  const SurfaceViews views = ViewsOfWorkspace(workspace);
+  if (!CanRefine(views, options.refinement))
     return progress.Info("there is neither polarization nor a mask: the mesh is not refined");
   const double edge = options.edge_px * PixelSize(cloud, workspace);
   while (edge > 0 && MeanEdge(surface.mesh) > edge && 4 * surface.mesh.vertices.size() < kMostVertices)
     surface.mesh = Subdivided(surface.mesh, surface.far);
   surface.mesh =
-      RefineMesh(surface.mesh, surface.far, workspace, options.refinement, summary.refinement, progress);
+      RefineMesh(surface.mesh, surface.far, views, options.refinement, summary.refinement, progress);
   summary.refined = true;
 }
 
@@ -148,17 +151,11 @@ double PixelSize(const std::vector<CloudPoint>& cloud, const Workspace& workspac
     double least = 1e30;
     for (const DenseView& view : workspace.views) {
       const Eigen::Vector3d p = view.cam_from_world * cloud[i].position.cast<double>();
-      if (p.z() <= 0) continue;
-      const Eigen::Vector2d at = view.camera.Project(p);
-      if (at.x() < 0 || at.y() < 0 || at.x() >= view.camera.width || at.y() >= view.camera.height) continue;
-      least = std::min(least, p.z() / view.camera.fx);
+      if (view.camera.Sees(p)) least = std::min(least, p.z() / view.camera.fx);
     }
     if (least < 1e30) sizes.push_back(least);
   }
-  if (sizes.empty()) return 0;
-  const auto middle = sizes.begin() + std::ptrdiff_t(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  return *middle;
+  return Median(std::move(sizes));
 }
 
 CloudSurface MakeSurface(const std::vector<CloudPoint>& cloud, const Workspace& workspace,

@@ -14,7 +14,6 @@
 
 namespace polarscan {
 namespace fs = std::filesystem;
-using nlohmann::literals::operator""_json_pointer;
 namespace {
 
 constexpr const char* kFile = "scan.json";
@@ -54,99 +53,7 @@ double SecondsSince(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-// What scan.json holds of a stage; an empty object if nothing.
-nlohmann::json StageRecord(const nlohmann::json& state, const std::string& stage) {
-  return state.value("stages", nlohmann::json::object()).value(stage, nlohmann::json::object());
-}
-
-using Type = nlohmann::json::value_t;
-
-// Whether what is there under these names is of this type.
-bool Holds(const nlohmann::json& record, std::initializer_list<const char*> names, Type type) {
-  return std::ranges::all_of(
-      names, [&](const char* name) { return !record.contains(name) || record[name].type() == type; });
-}
-
-bool AllOf(const nlohmann::json& values, Type type) {
-  return std::ranges::all_of(values, [&](const nlohmann::json& value) { return value.type() == type; });
-}
-
-bool IsRecord(const nlohmann::json& record) {
-  return record.is_object() &&
-         Holds(record, {"state", "version", "inputs", "outputs", "error"}, Type::string) &&
-         Holds(record, {"before", "counts"}, Type::object) && Holds(record, {"warnings"}, Type::array) &&
-         AllOf(record.value("before", nlohmann::json::object()), Type::string) &&
-         AllOf(record.value("warnings", nlohmann::json::array()), Type::string);
-}
-
-// scan.json, of the types that the rest of this file takes for granted.
-nlohmann::json ReadStateFile(const fs::path& path) {
-  nlohmann::json state = ReadJson(path);
-  if (!state.is_object() || !Holds(state, {"input", "input_from_here"}, Type::string) ||
-      !Holds(state, {"stages", "options", "views", "cloud"}, Type::object) ||
-      !std::ranges::all_of(state.value("stages", nlohmann::json::object()), IsRecord))
-    throw Error("this is not what a scan.json holds", path.string());
-  return state;
-}
-
-nlohmann::json AllWarnings(const nlohmann::json& state) {
-  nlohmann::json all = nlohmann::json::array();
-  for (const std::string& stage : StageNames()) {
-    const nlohmann::json warnings = StageRecord(state, stage).value("warnings", nlohmann::json::array());
-    all.insert(all.end(), warnings.begin(), warnings.end());
-  }
-  return all;
-}
-
-// What a stage counted, for people: "12 views placed, 3041 points". Where nothing was lost, closed or cut,
-// that is not said; what is not named here is for programs that read scan.json.
-std::string CountsText(const nlohmann::json& counts) {
-  struct Words {
-    const char *key, *one, *many;
-    bool even_zero = false;
-  };
-  static constexpr Words kWords[] = {
-      {"registered", "view placed", "views placed", true},
-      {"views", "view", "views", true},
-      {"points", "point", "points", true},
-      {"vertices", "vertex", "vertices", true},
-      {"faces", "triangle", "triangles", true},
-      {"damaged", "view left out, its maps are damaged", "views left out, their maps are damaged"},
-      {"gaps_closed", "gap closed", "gaps closed"},
-      {"gaps_cut", "gap left open", "gaps left open"},
-      {"pieces_dropped", "small piece left out", "small pieces left out"}};
-  std::string text;
-  for (const Words& words : kWords) {
-    const nlohmann::json count = counts.value(words.key, nlohmann::json());
-    if (!count.is_number_integer() || (count == 0 && !words.even_zero)) continue;
-    text +=
-        fmt::format("{}{} {}", text.empty() ? "" : ", ", ToText(count), count == 1 ? words.one : words.many);
-  }
-  return text.empty() ? "done" : text;
-}
-
-// "sigma-color: 0.2 -> 0.3", the first one that differs.
-std::string ChangedOption(const nlohmann::json& before, const nlohmann::json& now,
-                          const std::string& prefix = "") {
-  for (const auto& [name, value] : now.items()) {
-    const nlohmann::json old = before.is_object() ? before.value(name, nlohmann::json()) : nlohmann::json();
-    if (old == value) continue;
-    if (value.is_object()) return ChangedOption(old, value, name + " ");
-    return fmt::format("{}{}: {} -> {}", prefix, name, ToText(old), ToText(value));
-  }
-  return "other options";
-}
-
 }  // namespace
-
-const std::vector<std::string>& StageNames() {
-  static const std::vector<std::string> names = [] {
-    std::vector<std::string> all;
-    for (const StageFiles& files : AllStageFiles()) all.push_back(files.stage);
-    return all;
-  }();
-  return names;
-}
 
 Scan::Scan(const fs::path& folder, Progress& progress, Mode mode)
     : folder_(folder),
@@ -160,9 +67,8 @@ void Scan::ReadState() {
   const fs::path path = folder_ / kFile;
   if (!fs::exists(path)) return;
   try {
-    state_ = ReadStateFile(path);
+    state_ = ReadScanState(path);
   } catch (const Error& problem) {
-    state_ = nlohmann::json::object();
     if (mode_ == Mode::kWork) fs::rename(path, folder_ / "scan.json.damaged");
     progress_->Warn(
         fmt::format("{}; kept as scan.json.damaged, each stage is looked at again", problem.what()));
@@ -175,11 +81,9 @@ std::string Scan::InputFromHere(const std::string& input) const {
 }
 
 void Scan::CheckInput(const std::string& input) const {
-  const std::string before = state_.value("input", input);
-  const bool came_along =
-      state_.value("input_from_here", "") == InputFromHere(input);  // both moved, or copied
-  if (before != input && !came_along)
-    throw Error(fmt::format("this is a scan of another input ({})", before), folder_.string(),
+  const bool came_along = state_.input_from_here == InputFromHere(input);  // both moved, or copied
+  if (!state_.input.empty() && state_.input != input && !came_along)
+    throw Error(fmt::format("this is a scan of another input ({})", state_.input), folder_.string(),
                 "Choose another folder with -o");
 }
 
@@ -206,9 +110,9 @@ Scan Scan::OpenOrCreate(const fs::path& folder, const fs::path& input, std::uint
   scan.ReadState();
   const std::string input_name = fs::weakly_canonical(input).string();
   scan.CheckInput(input_name);
-  scan.state_["input"] = input_name;
-  scan.state_["input_from_here"] = scan.InputFromHere(input_name);
-  scan.state_["version"] = POLARSCAN_VERSION;
+  scan.state_.input = input_name;
+  scan.state_.input_from_here = scan.InputFromHere(input_name);
+  scan.state_.version = POLARSCAN_VERSION;
   scan.input_ = ToHex(fingerprint);
   scan.Save();
   return scan;
@@ -235,39 +139,34 @@ Scan Scan::OpenAs(Mode mode, const fs::path& folder, Progress& progress) {
     throw Error("this folder holds no scan (no scan.json)", folder.string(),
                 "Make one: polarscan reconstruct INPUT -o SCAN");
   Scan scan(folder, progress, mode);
-  scan.state_ = ReadStateFile(folder / kFile);
+  scan.state_ = ReadScanState(folder / kFile);
   return scan;
 }
 
 // Empty if it is done.
 std::string Scan::WhyNotDone(const Stage& stage) const {
-  const nlohmann::json record = StageRecord(state_, stage.name);
-  const std::string how = record.value("state", "");
-  if (how.empty()) return "it was not made yet";
-  if (how == "running") return "it was stopped on the way";
-  if (how != "done") return "it failed: " + record.value("error", "");
-  if (record.value("version", "") != POLARSCAN_VERSION) return "another version of polarscan made it";
-  const nlohmann::json options = state_.value("options", nlohmann::json::object());
-  if (options.value(stage.name, nlohmann::json()) != stage.options)
-    return ChangedOption(options.value(stage.name, nlohmann::json()), stage.options);
-  const nlohmann::json before = record.value("before", nlohmann::json::object());
-  for (const auto& [name, digest] : before_.items())
-    if (before.value(name, nlohmann::json()) != digest)
+  const StageRecord record = state_.Stage(stage.name);
+  if (record.status == StageStatus::kNone) return "it was not made yet";
+  if (record.status == StageStatus::kRunning) return "it was stopped on the way";
+  if (record.status == StageStatus::kFailed) return "it failed: " + record.error;
+  if (record.version != POLARSCAN_VERSION) return "another version of polarscan made it";
+  if (const nlohmann::json options = state_.OptionsOf(stage.name); options != stage.options)
+    return ChangedOption(options, stage.options);
+  for (const auto& [name, digest] : before_)
+    if (const auto before = record.before.find(name);
+        before == record.before.end() || before->second != digest)
       return fmt::format("stage {} has another result now", name);
-  if (record.value("inputs", "") != stage.inputs) return "what it is made from has changed";
-  if (const nlohmann::json damaged = record.value("/counts/damaged"_json_pointer, nlohmann::json(0));
-      damaged != 0)
+  if (record.inputs != stage.inputs) return "what it is made from has changed";
+  if (const nlohmann::json damaged = Counts(stage.name).value("damaged", nlohmann::json(0)); damaged != 0)
     return fmt::format("{} damaged views were left out", ToText(damaged));
   const FileSums found = checksums_.Measure(OutputsOf(stage.name));
-  if (Digest(found) == record.value("outputs", "")) return "";
+  if (Digest(found) == record.outputs) return "";
   const std::string difference = Difference(checksums_.Recorded(stage.name), found);
   return difference.empty() ? "its files were changed" : difference;
 }
 
 // The files of a stage, which is done, are input of the ones after it.
-void Scan::Follow(const std::string& stage) {
-  before_[stage] = StageRecord(state_, stage).value("outputs", "");
-}
+void Scan::Follow(const std::string& stage) { before_[stage] = state_.Stage(stage).outputs; }
 
 void Scan::AddToPlan(const Stage& stage) {
   std::string why = WhyNotDone(stage);
@@ -287,8 +186,7 @@ void Scan::Run(const Stage& stage, const Work& work) {
   if (const std::string why = WhyNotDone(stage); why.empty()) {
     progress_->Info(fmt::format("{:<8} done before", stage.name));
   } else {
-    if (!StageRecord(state_, stage.name).empty())
-      progress_->Info(fmt::format("{:<8} again: {}", stage.name, why));
+    if (state_.stages.contains(stage.name)) progress_->Info(fmt::format("{:<8} again: {}", stage.name, why));
     Make(stage, work);
   }
   Follow(stage.name);
@@ -296,73 +194,65 @@ void Scan::Run(const Stage& stage, const Work& work) {
 
 void Scan::Make(const Stage& stage, const Work& work) {
   progress_->TakeWarnings();
-  const nlohmann::json options_before =
-      state_.value("options", nlohmann::json::object()).value(stage.name, nlohmann::json());
-  state_["options"][stage.name] = stage.options;
-  state_["options_hash"] = ToHex(Hash(ToText(state_["options"])));
-  nlohmann::json& record = state_["stages"][stage.name];
-  const nlohmann::json record_before = record;
-  record = {
-      {"state", "running"}, {"version", POLARSCAN_VERSION}, {"inputs", stage.inputs}, {"before", before_}};
+  const nlohmann::json options_before = state_.options;
+  state_.options[stage.name] = stage.options;
+  StageRecord& record = state_.stages[stage.name];
+  const StageRecord record_before = std::exchange(
+      record,
+      StageRecord{StageStatus::kRunning, POLARSCAN_VERSION, stage.inputs, before_, "", "", nullptr, {}, 0});
   RemoveTemporariesOf(folder_, stage.name);
   Save();
 
   const auto begin = std::chrono::steady_clock::now();
-  const auto finish = [&](const char* state) {
+  const auto finish = [&](StageStatus status) {
     progress_->End();
-    record["state"] = state;
-    record["seconds"] = SecondsSince(begin);
-    record["warnings"] = progress_->TakeWarnings();
+    record.status = status, record.seconds = SecondsSince(begin);
+    record.warnings = progress_->TakeWarnings();
     Save();
   };
   try {
-    record["counts"] = work(*progress_);
+    record.counts = work(*progress_);
     const FileSums made = checksums_.Measure(OutputsOf(stage.name));
     if (FilesBelow(folder_ / OutputsOf(stage.name).front()).empty())
       throw Error("this stage left no result", (folder_ / OutputsOf(stage.name).front()).string());
     checksums_.Record(stage.name, made);
-    record["outputs"] = Digest(made);
-    finish("done");
+    record.outputs = Digest(made);
+    finish(StageStatus::kDone);
   } catch (const Cancelled&) {
     throw;  // it stays "running": the next run goes on with it
   } catch (const std::exception& error) {
-    record["error"] = error.what();
+    record.error = error.what();
     try {
-      const bool intact =
-          record_before.is_object() && record_before.value("state", "") == "done" &&
-          Digest(checksums_.Measure(OutputsOf(stage.name))) == record_before.value("outputs", "");
+      const bool intact = record_before.status == StageStatus::kDone &&
+                          Digest(checksums_.Measure(OutputsOf(stage.name))) == record_before.outputs;
       if (intact) {  // what was done before is there: the wrong option is forgotten
-        record = record_before;
-        state_["options"][stage.name] = options_before;
-        state_["options_hash"] = ToHex(Hash(ToText(state_["options"])));
+        record = record_before, state_.options = options_before;
         Save();
       } else {
-        finish("failed");
+        finish(StageStatus::kFailed);
       }
-    } catch (
-        const Error&) {  // the disk that failed the stage fails scan.json too: the first error says it all
+    } catch (const Error&) {  // of the disk that failed the stage: the first error says it all
     }
     throw;
   }
-  progress_->Info(fmt::format("{:<8} {} ({})", stage.name, CountsText(record["counts"]),
-                              FormatDuration(record["seconds"].get<double>())));
+  progress_->Info(
+      fmt::format("{:<8} {} ({})", stage.name, CountsText(record.counts), FormatDuration(record.seconds)));
 }
 
 void Scan::ContinueAfter(const std::string& last) {
   for (const std::string& name : StageNames()) {
-    const nlohmann::json record = StageRecord(state_, name);
-    if (record.value("state", "") != "done")
+    const StageRecord record = state_.Stage(name);
+    if (record.status != StageStatus::kDone)
       throw Error(fmt::format("stage '{}' of this scan is not done", name), folder_.string(),
                   "Run polarscan reconstruct first; it goes on where it stopped");
-    const nlohmann::json before = record.value("before", nlohmann::json::object());
-    for (const auto& [earlier, digest] : before.items())
-      if (before_.value(earlier, digest) != digest)
+    for (const auto& [earlier, digest] : record.before)
+      if (before_.contains(earlier) && before_[earlier] != digest)
         throw Error(
             fmt::format("stage '{}' of this scan was made from another result of stage '{}'", name, earlier),
             folder_.string(), "Run polarscan reconstruct again, or the stages in their order");
     const FileSums found = checksums_.Measure(OutputsOf(name));
     before_[name] = Digest(found);  // a file changed by hand counts as it is
-    if (record.contains("outputs") && before_[name] != record["outputs"])
+    if (!record.outputs.empty() && before_[name] != record.outputs)
       progress_->Warn(fmt::format("stage {} is taken as it is, though {}", name,
                                   Difference(checksums_.Recorded(name), found)));
     if (name == last) return;
@@ -370,33 +260,32 @@ void Scan::ContinueAfter(const std::string& last) {
 }
 
 void Scan::RecordAgain(const std::string& stage) {
-  if (StageRecord(state_, stage).value("state", "") != "done") return;
+  if (state_.Stage(stage).status != StageStatus::kDone) return;
   const FileSums made = checksums_.Measure(OutputsOf(stage));
   checksums_.Record(stage, made);
-  state_["stages"][stage]["outputs"] = Digest(made);
+  state_.stages[stage].outputs = Digest(made);
   Save();
 }
 
 std::vector<ScanFinding> Scan::Check() const {
   std::vector<ScanFinding> findings;
-  const bool any = state_.contains("stages");
+  const bool any = !state_.stages.empty();
   for (const std::string& stage : StageNames()) {
     if (!any && !FilesBelow(folder_ / OutputsOf(stage).front()).empty())
       findings.push_back({stage, "", "its files are there, but scan.json knows of no stage"});
-    const nlohmann::json record = StageRecord(state_, stage);
-    if (record.value("state", "") != "done") continue;
+    const StageRecord record = state_.Stage(stage);
+    if (record.status != StageStatus::kDone) continue;
     const FileSums& recorded = checksums_.Recorded(stage);
     progress_->Begin("checking the files of " + stage, recorded.size(), "file");
     const FileSums found = checksums_.Measure(OutputsOf(stage), true, *progress_);
     const std::size_t before = findings.size();
-    const std::string digest = record.value("outputs", "");
     if (!recorded.empty())  // without, nothing is known of single files
       for (const FileDifference& d : Differences(recorded, found))
         findings.push_back({stage, d.file, d.file + " " + d.what});
-    if (findings.size() == before && Digest(found) != digest)
+    if (findings.size() == before && Digest(found) != record.outputs)
       findings.push_back(
           {stage, "",
-           digest.empty() ? "it was made without checksums" : "its checksums are lost or damaged"});
+           record.outputs.empty() ? "it was made without checksums" : "its checksums are lost or damaged"});
   }
   return findings;
 }
@@ -413,58 +302,22 @@ std::vector<ScanFinding> Scan::Repair() {
 }
 
 void Scan::Note(const std::string& group, const std::string& key, const nlohmann::json& value) {
-  state_[group][key] = value;
+  state_.summary[group][key] = value;
 }
 
 void Scan::Note(const std::string& key, const nlohmann::json& value) {
   if (value.is_null())
-    state_.erase(key);
+    state_.summary.erase(key);
   else
-    state_[key] = value;
+    state_.summary[key] = value;
 }
 
 nlohmann::json Scan::Counts(const std::string& stage) const {
-  return StageRecord(state_, stage).value("counts", nlohmann::json::object());
+  const nlohmann::json counts = state_.Stage(stage).counts;
+  return counts.is_object() ? counts : nlohmann::json::object();
 }
 
-void Scan::Save() {
-  state_["warnings"] = AllWarnings(state_);
-  WriteJson(folder_ / kFile, state_);
-}
-
-bool IsOutOfDate(const nlohmann::json& state, const std::string& stage, const std::string& earlier) {
-  const nlohmann::json record = StageRecord(state, stage);
-  if (record.empty()) return false;
-  if (record.value("state", "done") != "done") return true;
-  const nlohmann::json before = record.value("before", nlohmann::json::object());
-  return before.contains(earlier) &&
-         before[earlier] != StageRecord(state, earlier).value("outputs", nlohmann::json());
-}
-
-std::vector<PlannedStage> OutOfDateStages(const nlohmann::json& state) {
-  std::vector<PlannedStage> stages;
-  const std::vector<std::string>& names = StageNames();
-  for (auto stage = names.begin(); stage != names.end(); ++stage) {
-    const nlohmann::json record = StageRecord(state, *stage);
-    const std::string how = record.value("state", "done");
-    if (how == "running") {
-      stages.push_back({*stage, false, "it was stopped on the way"});
-    } else if (how != "done") {
-      stages.push_back({*stage, false, "it failed: " + record.value("error", "")});
-    } else {
-      const auto earlier = std::find_if(
-          names.begin(), stage, [&](const std::string& name) { return IsOutOfDate(state, *stage, name); });
-      if (earlier != stage)
-        stages.push_back({*stage, false, fmt::format("it is of an earlier result of stage {}", *earlier)});
-    }
-  }
-  return stages;
-}
-
-std::string ResultOf(const nlohmann::json& state, const std::string& name) {
-  const nlohmann::json record = StageRecord(state, name);
-  return record.value("state", "") == "done" ? record.value("outputs", "") : "";
-}
+void Scan::Save() { WriteJson(folder_ / kFile, ToJson(state_)); }
 
 std::uint64_t Fingerprint(const fs::path& folder, const fs::path& except) {
   std::string listing;

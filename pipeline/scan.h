@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "core/descriptor.h"
 #include "core/progress.h"
 #include "pipeline/checksums.h"
+#include "pipeline/scan_state.h"
 
 namespace polarscan {
 
@@ -18,16 +20,6 @@ struct Stage {
   std::string name;                                   // one of StageNames()
   nlohmann::json options = nlohmann::json::object();  // effective ones, by name, for people too
   std::string inputs{};  // stands for the content of what else it reads; ToHex(hash)
-};
-
-// "views", "sfm", "dense", "stereo", "fusion", "mesh", "report": the order in which they run.
-const std::vector<std::string>& StageNames();
-
-// A stage of a plan. why: for a stage to be made, "fusion-reprojection: 0.8 -> 0.6", "cloud.ply is missing".
-struct PlannedStage {
-  std::string name;
-  bool done = false;
-  std::string why;
 };
 
 // A file of a scan that is not as its stage left it.
@@ -91,7 +83,7 @@ class Scan {
   void Note(const std::string& key, const nlohmann::json& value);  // null: removes it
   // What a stage returned when it was done; an empty object if it was not.
   nlohmann::json Counts(const std::string& stage) const;
-  const nlohmann::json& state() const { return state_; }
+  const ScanState& state() const { return state_; }
   const std::vector<PlannedStage>& plan() const { return plan_; }
 
  private:
@@ -110,24 +102,13 @@ class Scan {
   std::filesystem::path folder_;
   Progress* progress_;
   Mode mode_ = Mode::kWork;
-  nlohmann::json state_ = nlohmann::json::object();
+  ScanState state_;
   Checksums checksums_;
-  std::string input_;                                 // its fingerprint
-  nlohmann::json before_ = nlohmann::json::object();  // digests of the stages so far: {"views": "5f2c..."}
+  std::string input_;                          // its fingerprint
+  std::map<std::string, std::string> before_;  // digests of the stages so far
   std::vector<PlannedStage> plan_;
   Descriptor lock_;
 };
-
-// state: a scan.json. Whether the files of `stage` were made from another result of `earlier` than there is
-// now, or the stage did not end since; false where nothing is known.
-bool IsOutOfDate(const nlohmann::json& state, const std::string& stage, const std::string& earlier);
-
-// Stages whose files are not those that the stages before them would get now, in their order, with the reason
-// in words; none where nothing is known. state: a scan.json.
-std::vector<PlannedStage> OutOfDateStages(const nlohmann::json& state);
-
-// What stage `name` left, by its files' checksums; "" if it is not done. state: a scan.json.
-std::string ResultOf(const nlohmann::json& state, const std::string& name);
 
 // Names, sizes and times of change of all files below a folder, but those below `except`. Order does not
 // matter.

@@ -9,7 +9,7 @@
 #include "core/words.h"
 #include "demosaic/layout.h"
 #include "pipeline/aop_check.h"
-#include "pipeline/stereo/surface_maps.h"
+#include "pipeline/stereo/stereo.h"
 #include "pipeline/views/views.h"
 #include "stereo/dense/mask_fit.h"
 #include "stereo/sfm/known_poses.h"
@@ -79,8 +79,7 @@ nlohmann::json CheckAngles(const Scan& scan, const StereoOptions& options, Progr
     progress.Warn(counts["advice"].get<std::string>());
   }
   if (!fit.IsWrong()) return counts;
-  const nlohmann::json views =
-      scan.state().value("options", nlohmann::json::object()).value("views", nlohmann::json::object());
+  const nlohmann::json views = scan.state().OptionsOf("views");
   counts["advice"] = AnglesDoNotFit(fit.other, views.value("input", nlohmann::json::object()));
   progress.Warn(counts["advice"].get<std::string>());
   return counts;
@@ -184,13 +183,13 @@ bool MapsWereDamaged(const Scan& scan) {
 }
 
 StereoOptions RecordedStereoOptions(const Scan& scan) {
-  const nlohmann::json::json_pointer place("/options/stereo");
-  if (!scan.state().contains(place))
+  const nlohmann::json recorded = scan.state().OptionsOf("stereo");
+  if (recorded.empty())
     throw Error("the scan does not say how its maps were made", (scan.folder() / "scan.json").string(),
                 "Run polarscan stereo " + scan.folder().string());
   StereoOptions options;
   OptionTable table = Table(options);
-  FromJson(scan.state().at(place), table);
+  FromJson(recorded, table);
   return options;
 }
 

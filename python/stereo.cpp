@@ -11,7 +11,7 @@
 
 #include "core/image_io.h"
 #include "demosaic/false_colour.h"
-#include "pipeline/stereo/surface_maps.h"
+#include "pipeline/stereo/stereo.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "stereo/dense/source_views.h"

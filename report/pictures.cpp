@@ -63,7 +63,9 @@ Image<Rgb8> PictureOf(const StokesImage& view) {
 }
 
 // S0 below which a pixel is too dark to tell anything of its polarization.
-double Dark(std::span<const float> s0) { return 0.1 * Quantile({s0.begin(), s0.end()}, 0.95); }
+double Dark(std::span<const float> s0) {
+  return 0.1 * Quantile(std::vector<double>(s0.begin(), s0.end()), 0.95);
+}
 
 double MedianDopNoise(const StokesImage& view) {
   const double dark = Dark(view.s0.pixels());

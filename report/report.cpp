@@ -45,7 +45,7 @@ T Try(json& notes, Read&& read) {
 }
 
 // What `polarscan evaluate` found; null if it was not run, or not on this cloud.
-json ReadEvaluation(const fs::path& scan, const json& state, json& notes) {
+json ReadEvaluation(const fs::path& scan, const ScanState& state, json& notes) {
   const fs::path file = EvaluationJsonPath(EvaluationFolder(scan));
   if (!fs::exists(file)) return nullptr;
   json evaluation = ReadJson(file);
@@ -63,7 +63,7 @@ json ReadEvaluation(const fs::path& scan, const json& state, json& notes) {
 }
 
 // The cloud is shown all the same.
-void TellOldCloud(const json& state, json& notes) {
+void TellOldCloud(const ScanState& state, json& notes) {
   for (const PlannedStage& stage : OutOfDateStages(state))
     if (stage.name == "fusion")
       notes.push_back("The cloud is not of these maps (" + stage.why + "); run polarscan fuse again.");
@@ -94,24 +94,24 @@ std::vector<CameraPlace> CamerasAround(const CloudSample& sample, const json& vi
 }
 
 // Leaves out a mesh of an earlier cloud, with all that scan.json says of it.
-ReportMesh MeshOfCloud(const fs::path& folder, json& scan, const Eigen::Matrix3d& display,
-                       const CloudSample& sample, const ReportCloud& cloud, json& notes) {
+ReportMesh MeshOfCloud(const fs::path& folder, const ScanState& state, json& scan,
+                       const Eigen::Matrix3d& display, const CloudSample& sample, const ReportCloud& cloud,
+                       json& notes) {
   const fs::path ply = folder / "mesh.ply";
   if (!fs::exists(ply)) return {};
-  if (!IsOutOfDate(scan, "mesh", "fusion"))
+  if (!IsOutOfDate(state, "mesh", "fusion"))
     return Try<ReportMesh>(notes, [&] { return PackMesh(ply, kMostFaces, display, sample, cloud); });
-  notes.push_back(ResultOf(scan, "mesh").empty()
+  notes.push_back(ResultOf(state, "mesh").empty()
                       ? "The mesh was not finished and is left out; run polarscan mesh again."
                       : "The mesh is of an earlier cloud and left out; run polarscan mesh again.");
   scan.erase("mesh");
-  if (scan["stages"]["mesh"].value("state", "") == "done") scan["stages"].erase("mesh");
+  if (state.Stage("mesh").status == StageStatus::kDone) scan["stages"].erase("mesh");
   return {};
 }
 
 // fusion-min-views, if scan.json says so.
-int MinViews(const json& scan) {
-  const json options = scan.value("options", json::object()).value("fusion", json::object());
-  return options.value("fusion-min-views", FusionOptions().min_views);
+int MinViews(const ScanState& state) {
+  return state.OptionsOf("fusion").value("fusion-min-views", FusionOptions().min_views);
 }
 
 std::string NameOf(const fs::path& folder) {
@@ -125,6 +125,7 @@ void WriteReport(const fs::path& scan_folder, const fs::path& html, Progress& pr
   if (!fs::exists(scan_folder / "scan.json"))
     throw Error("not a scan folder (no scan.json)", scan_folder.string(),
                 "Give the folder that `polarscan reconstruct INPUT -o SCAN` made");
+  const ScanState state = ReadScanState(scan_folder / "scan.json");
   json data = {
       {"name", NameOf(scan_folder)}, {"scan", ReadJson(scan_folder / "scan.json")}, {"legends", Legends()}};
   ReportViews views = CollectViews(scan_folder, progress);
@@ -132,16 +133,16 @@ void WriteReport(const fs::path& scan_folder, const fs::path& html, Progress& pr
   if (const json offset = data["scan"].value("offset", json()); offset.is_array())
     notes.push_back("Coordinates are in a local frame: add " + offset.dump() +
                     " for those of the poses given.");
-  const json evaluation = Try<json>(notes, [&] { return ReadEvaluation(scan_folder, data["scan"], notes); });
-  TellOldCloud(data["scan"], notes);
+  const json evaluation = Try<json>(notes, [&] { return ReadEvaluation(scan_folder, state, notes); });
+  TellOldCloud(state, notes);
   const Eigen::Matrix3d& display = views.display_from_world;
   const CloudSample sample = ReadCloud(scan_folder, !evaluation.is_null(), display, notes);
   const ReportCloud cloud = sample.empty() ? ReportCloud() : PackCloud(sample);
   progress.Check();
-  const ReportMesh mesh = MeshOfCloud(scan_folder, data["scan"], display, sample, cloud, notes);
+  const ReportMesh mesh = MeshOfCloud(scan_folder, state, data["scan"], display, sample, cloud, notes);
   progress.Check();
-  data["findings"] = Findings({sample, CamerasAround(sample, views.views), views.dop_noise,
-                               MinViews(data["scan"]), data["scan"], views.views});
+  data["findings"] = Findings({sample, CamerasAround(sample, views.views), views.dop_noise, MinViews(state),
+                               data["scan"], views.views});
   data["views"] = std::move(views.views);
   data["dop_full"] = views.dop_full;
   data["cloud"] = cloud.facts;
@@ -158,8 +159,7 @@ void WriteReport(const fs::path& scan_folder, const fs::path& html, Progress& pr
 }
 
 void RunReport(Scan& scan) {
-  nlohmann::json shown =
-      scan.state().value("options", nlohmann::json::object());  // the options of all stages
+  nlohmann::json shown = scan.state().options;  // of all stages
   shown.erase("report");
   scan.Run({"report", nlohmann::json::object(), ToHex(Hash(ToText(shown)))},
            [&](Progress& progress) -> nlohmann::json {

@@ -58,15 +58,15 @@ std::vector<SmallView> ListDense(const Workspace& workspace, const fs::path& eva
   std::vector<SmallView> views;
   for (int i = 0; i < int(workspace.views.size()); ++i) {
     const auto best = [&](auto path) {
-      return fs::exists(path("geometric")) ? path("geometric") : path("photometric");
+      return fs::exists(path(kFinalMaps)) ? path(kFinalMaps) : path(kPhotometricMaps);
     };
     SmallView view;
     view.name = workspace.views[std::size_t(i)].name;
     view.stokes_path = workspace.StokesPath(i);
     view.picture_path = workspace.PicturePath(i);
-    view.depth_path = best([&](const char* kind) { return workspace.DepthPath(i, kind); });
+    view.depth_path = best([&](const MapKind& kind) { return workspace.DepthPath(i, kind); });
     view.mask_path = workspace.MaskPath(i);
-    view.normal_path = best([&](const char* kind) { return workspace.NormalPath(i, kind); });
+    view.normal_path = best([&](const MapKind& kind) { return workspace.NormalPath(i, kind); });
     view.depth_error_path = DepthErrorPath(evaluation, view.name);
     view.normal_error_path = NormalErrorPath(evaluation, view.name);
     views.push_back(view);

@@ -9,7 +9,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "core/image_io.h"
-#include "simulation/scene_shapes.h"
+#include "simulation/scene/shapes.h"
 
 namespace polarscan {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/camera/aravis_camera.h"
+#include "acquisition/camera/frame_numbers.h"
 
 namespace polarscan {
 namespace {

@@ -61,7 +61,7 @@ std::vector<double> Angles(const std::vector<CellMeans>& frames, const std::arra
 }
 
 // From the first to the last frame; throws Error if the steps are not all in one sense.
-double Turn(const std::vector<double>& angles) {
+double TotalTurn(const std::vector<double>& angles) {
   double turn = 0;
   int forward = 0, backward = 0;
   for (std::size_t k = 1; k < angles.size(); ++k) {
@@ -97,11 +97,11 @@ FoundLayout FindLayout(const std::vector<CellMeans>& given, double first_deg, bo
   for (std::size_t q = 1, n = 0; q < 4; ++q)
     if (q != partner) others[n++] = q;
   std::array<std::size_t, 4> places = {0, others[0], partner, others[1]};
-  if ((Turn(Angles(frames, places)) > 0) != anticlockwise) std::swap(places[1], places[3]);
+  if ((TotalTurn(Angles(frames, places)) > 0) != anticlockwise) std::swap(places[1], places[3]);
 
   FoundLayout found;
   std::vector<double> angles = Angles(frames, places);
-  found.turn_deg = Turn(angles);
+  found.turn_deg = TotalTurn(angles);
   // So far place 0 counts as 0 degrees. All move together, in steps of 45.
   const double steps = std::round(WrapHalfTurn(first_deg - angles[0]) / 45);
   for (std::size_t i = 0; i < 4; ++i)

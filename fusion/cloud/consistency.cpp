@@ -35,8 +35,7 @@ std::optional<Agreement> Ask(const ViewMaps& reference, const Eigen::Vector2d& p
   const auto none = [](std::size_t& count) { return ++count, std::nullopt; };
   if (seen.z() <= 0) return none(counts.outside);
   const Eigen::Vector2d uv = other.camera.Project(seen);
-  if (!(uv.x() >= 0 && uv.y() >= 0 && uv.x() < other.depth.width() && uv.y() < other.depth.height()))
-    return none(counts.outside);
+  if (!other.camera.Contains(uv)) return none(counts.outside);
   const int x = int(uv.x()), y = int(uv.y());
   if (other.depth(x, y) == 0) return none(counts.no_depth);
 

@@ -17,7 +17,7 @@
 namespace polarscan {
 namespace {
 
-std::vector<bool> UsableViews(const Workspace& workspace, const std::string& kind, Progress& progress) {
+std::vector<bool> UsableViews(const Workspace& workspace, const MapKind& kind, Progress& progress) {
   std::vector<bool> usable;
   std::string missing;
   for (int i = 0; i < int(workspace.views.size()); ++i) {
@@ -25,7 +25,7 @@ std::vector<bool> UsableViews(const Workspace& workspace, const std::string& kin
     if (!usable.back()) missing += (missing.empty() ? "" : ", ") + workspace.views[std::size_t(i)].name;
   }
   if (!missing.empty())
-    progress.Warn(fmt::format("views without {} depth maps are left out: {}", kind, missing));
+    progress.Warn(fmt::format("views without {} depth maps are left out: {}", ToString(kind), missing));
   return usable;
 }
 
@@ -69,17 +69,17 @@ std::string Advise(const FusionCounts& c, int min_views) {
 // One run: the state that lasts from view to view.
 class Fusion {
  public:
-  Fusion(const Workspace& workspace, const FusionOptions& options, Progress& progress)
+  Fusion(const Workspace& workspace, const MapKind& maps, const FusionOptions& options, Progress& progress)
       : workspace_(workspace),
         options_(options),
         progress_(progress),
-        kind_(options.maps == "auto" ? BestMapKind(workspace) : options.maps),
-        cache_(workspace, kind_, options.masks, std::size_t(options.memory_gb * 1e9)),
+        kind_(maps),
+        cache_(CachedViewMaps(workspace, kind_, options.masks, std::size_t(options.memory_gb * 1e9))),
         usable_(UsableViews(workspace, kind_, progress)),
         places_(Places(workspace.views)),
         absorbed_(workspace.views.size()) {
     if (Usable() == 0)
-      throw Error(fmt::format("no view has {} maps", kind_), (workspace.folder / "stereo").string(),
+      throw Error(fmt::format("no view has {} maps", ToString(kind_)), (workspace.folder / "stereo").string(),
                   "Run polarscan stereo first");
     if (MinViews() < options.min_views)
       progress.Warn(
@@ -87,7 +87,7 @@ class Fusion {
                       UsablePlaces(), MinViews(), options.min_views));
   }
 
-  void Run(CloudWriter& cloud) {
+  void Run(const PointSink& cloud) {
     progress_.Begin("fusion", std::size_t(Usable()));
     for (const int view : WalkingOrder(workspace_)) {
       if (!usable_[std::size_t(view)]) continue;
@@ -96,11 +96,11 @@ class Fusion {
       progress_.Advance();
     }
     summary_.views = Usable();
-    summary_.maps = kind_;
+    summary_.maps = ToString(kind_);
     summary_.neighbour_deg = NeighbourAngle(workspace_.views);
-    summary_.points = summary_.counts.points = cloud.points();
-    if (cloud.points() == 0) ThrowNothing();
-    const double n = double(cloud.points());
+    summary_.counts.points = summary_.points;
+    if (summary_.points == 0) ThrowNothing();
+    const double n = double(summary_.points);
     summary_.mean_views /= n, summary_.mean_confidence /= n, summary_.mean_dop /= n;
   }
 
@@ -119,17 +119,22 @@ class Fusion {
   // The views' maps. Those that are damaged are left out from here on, and null here.
   std::vector<std::shared_ptr<const ViewMaps>> Load(const std::vector<int>& views) {
     std::vector<std::shared_ptr<const ViewMaps>> maps;
-    const std::vector<MapCache::Entry> entries = cache_.Get(views);
+    const auto bytes = [&](int view) {
+      const Pinhole& camera = workspace_.views[std::size_t(view)].camera;
+      return std::size_t(camera.width) * std::size_t(camera.height) * ViewMaps::kBytesPerPixel;
+    };
+    const auto entries = cache_.GetAll(views, bytes);
     for (std::size_t i = 0; i < views.size(); ++i) {
-      maps.push_back(entries[i].maps);
-      if (maps.back()) {
+      const bool sound = entries[i]->damage.empty();
+      maps.emplace_back(sound ? std::shared_ptr<const ViewMaps>(entries[i], &entries[i]->maps) : nullptr);
+      if (sound) {
         absorbed_.Prepare(views[i], maps.back()->depth);
         continue;
       }
       const std::string& name = workspace_.views[std::size_t(views[i])].name;
       usable_[std::size_t(views[i])] = false;
       summary_.damaged.push_back(name);
-      progress_.Warn(fmt::format("view {} is damaged and left out: {}", name, entries[i].damage));
+      progress_.Warn(fmt::format("view {} is damaged and left out: {}", name, entries[i]->damage));
     }
     return maps;
   }
@@ -146,7 +151,7 @@ class Fusion {
     return std::ranges::count(candidates.maps, nullptr) ? FindCandidates(view, reference) : candidates;
   }
 
-  void FuseOne(int view, const ViewMaps& reference, CloudWriter& cloud) {
+  void FuseOne(int view, const ViewMaps& reference, const PointSink& cloud) {
     FusionCounts& counts = summary_.counts;
     counts.inside += reference.pixels_inside;
     counts.outside += reference.pixels_outside;
@@ -160,7 +165,8 @@ class Fusion {
         summary_.mean_confidence += double(p.confidence);
         summary_.mean_dop += double(p.dop);
       }
-      cloud.Add(points);
+      summary_.points += points.size();
+      cloud(points);
     };
     FuseView(reference, view, candidates, MinViews(), options_, absorbed_, counts, sink, progress_);
   }
@@ -173,8 +179,8 @@ class Fusion {
   const Workspace& workspace_;
   const FusionOptions& options_;
   Progress& progress_;
-  std::string kind_;
-  MapCache cache_;
+  const MapKind kind_;
+  Cache<MapsOrDamage> cache_;
   std::vector<bool> usable_;
   const std::vector<int> places_;
   AbsorbedPixels absorbed_;
@@ -190,17 +196,27 @@ CloudSummary FuseCloud(const std::filesystem::path& dense, const std::filesystem
 
 CloudSummary FuseCloud(const Workspace& workspace, const std::filesystem::path& cloud_ply,
                        const FusionOptions& options, Progress& progress) {
-  Fusion fusion(workspace, options, progress);
+  Fusion fusion(workspace, MapKindOf(options.maps, workspace), options, progress);
   WriteAtomically(cloud_ply, [&](const std::filesystem::path& temporary) {
     CloudWriter cloud(
         temporary,
         "confidence = 1 - exp(-sum of sin(angle to the first view) (1 - residual) over the agreeing views)",
         workspace.offset);
-    fusion.Run(cloud);
+    fusion.Run([&](const std::vector<CloudPoint>& points) { cloud.Add(points); });
     cloud.Finish();
   });
   WriteOffset(cloud_ply.parent_path(), workspace.offset);
   return fusion.summary();
+}
+
+std::vector<CloudPoint> FusePoints(const Workspace& workspace, const MapKind& maps,
+                                   const FusionOptions& options, Progress& progress) {
+  std::vector<CloudPoint> cloud;
+  Fusion(workspace, maps, options, progress).Run([&](const std::vector<CloudPoint>& points) {
+    cloud.insert(cloud.end(), points.begin(), points.end());
+  });
+  for (CloudPoint& p : cloud) p.normal = p.normal.cast<double>().normalized().cast<float>();
+  return cloud;
 }
 
 }  // namespace polarscan

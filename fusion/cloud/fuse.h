@@ -7,6 +7,7 @@
 
 #include "core/options.h"
 #include "core/progress.h"
+#include "fusion/cloud/cloud.h"
 #include "fusion/cloud/consistency.h"
 #include "stereo/workspace.h"
 
@@ -46,7 +47,7 @@ struct CloudSummary {
   std::size_t points = 0;
   int views = 0;                     // with sound maps
   std::vector<std::string> damaged;  // views left out
-  std::string maps;                  // "geometric" or "photometric"
+  std::string maps;                  // their kind (stereo/map_kind.h)
   double mean_views = 0, mean_confidence = 0, mean_dop = 0;
   double neighbour_deg = 0;  // between neighbouring views (NeighbourAngle)
   FusionCounts counts;
@@ -74,5 +75,9 @@ CloudSummary FuseCloud(const std::filesystem::path& dense, const std::filesystem
                        const FusionOptions& options, Progress& progress);
 CloudSummary FuseCloud(const Workspace& workspace, const std::filesystem::path& cloud_ply,
                        const FusionOptions& options, Progress& progress);
+
+// The same of these maps instead of options.maps, in memory (40 bytes a point), as ReadCloud would give them.
+std::vector<CloudPoint> FusePoints(const Workspace& workspace, const MapKind& maps,
+                                   const FusionOptions& options, Progress& progress);
 
 }  // namespace polarscan

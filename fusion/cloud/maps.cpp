@@ -2,14 +2,12 @@
 #include "fusion/cloud/maps.h"
 
 #include <fmt/format.h>
-#include <malloc.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
 #include "core/image_io.h"
-#include "core/parallel.h"
 #include "demosaic/stokes.h"
 #include "stereo/map_io.h"
 
@@ -78,19 +76,23 @@ Image<float> Dops(const Workspace& workspace, int view, int width, int height) {
 
 }  // namespace
 
-bool HasMaps(const Workspace& workspace, int view, const std::string& kind) {
+bool HasMaps(const Workspace& workspace, int view, const MapKind& kind) {
   return std::filesystem::exists(workspace.DepthPath(view, kind));
 }
 
-std::string BestMapKind(const Workspace& workspace) {
-  for (const std::string kind : {"geometric", "photometric"})
+MapKind BestMapKind(const Workspace& workspace) {
+  for (const MapKind& kind : kResults)
     for (int i = 0; i < int(workspace.views.size()); ++i)
       if (HasMaps(workspace, i, kind)) return kind;
   throw Error("there are no depth maps", (workspace.folder / "stereo/depth_maps").string(),
               "Run polarscan stereo first");
 }
 
-ViewMaps LoadViewMaps(const Workspace& workspace, int view, const std::string& kind, bool masks) {
+MapKind MapKindOf(const std::string& name, const Workspace& workspace) {
+  return name == "auto" ? BestMapKind(workspace) : ParseResult(name);
+}
+
+ViewMaps LoadViewMaps(const Workspace& workspace, int view, const MapKind& kind, bool masks) {
   ViewMaps maps;
   maps.depth = ReadDepthMap(workspace.DepthPath(view, kind));
   maps.normal = ReadNormalMap(workspace.NormalPath(view, kind));
@@ -107,67 +109,16 @@ ViewMaps LoadViewMaps(const Workspace& workspace, int view, const std::string& k
   return maps;
 }
 
-MapCache::MapCache(const Workspace& workspace, std::string kind, bool masks, std::size_t limit_bytes)
-    : workspace_(workspace), kind_(std::move(kind)), masks_(masks), limit_bytes_(limit_bytes) {
-  maps_.resize(workspace.views.size());
-}
-
-MapCache::~MapCache() {
-  maps_.clear();
-  malloc_trim(0);
-}
-
-MapCache::Entry MapCache::Load(int view) const {
-  try {
-    return {std::make_shared<ViewMaps>(LoadViewMaps(workspace_, view, kind_, masks_)), ""};
-  } catch (const Error& error) {
-    return {nullptr, error.what()};
-  }
-}
-
-std::vector<MapCache::Entry> MapCache::Get(const std::vector<int>& views) {
-  std::size_t ahead = 0;  // bytes still to read: they are given way first
-  for (int view : views) {
-    const Pinhole& camera = workspace_.views[std::size_t(view)].camera;
-    if (maps_[std::size_t(view)]) {
-      Use(view);
-    } else {
-      ahead += std::size_t(camera.width) * std::size_t(camera.height) * ViewMaps::kBytesPerPixel;
+Cache<MapsOrDamage> CachedViewMaps(const Workspace& workspace, const MapKind& kind, bool masks,
+                                   std::size_t limit_bytes) {
+  const auto load = [&workspace, kind, masks](int view) -> MapsOrDamage {
+    try {
+      return {LoadViewMaps(workspace, view, kind, masks), ""};
+    } catch (const Error& error) {
+      return {{}, error.what()};
     }
-  }
-  ShrinkTo(limit_bytes_ - std::min(limit_bytes_, ahead));
-  std::vector<Entry> entries(views.size());
-  ParallelFor(0, int(views.size()), [&](int i) {
-    const int view = views[std::size_t(i)];
-    const auto& kept = maps_[std::size_t(view)];
-    entries[std::size_t(i)] = kept ? Entry{kept, ""} : Load(view);
-    if (!kept) malloc_trim(0);  // else gaps between maps that are kept hold up to twice as much again
-  });
-  for (std::size_t i = 0; i < views.size(); ++i)
-    if (entries[i].maps) Keep(views[i], entries[i].maps);
-  ShrinkTo(limit_bytes_);
-  malloc_trim(0);
-  return entries;
-}
-
-void MapCache::Use(int view) {
-  recent_.remove(view);
-  recent_.push_front(view);
-}
-
-void MapCache::Keep(int view, const std::shared_ptr<const ViewMaps>& maps) {
-  if (!maps_[std::size_t(view)]) bytes_ += maps->Bytes();
-  maps_[std::size_t(view)] = maps;
-  Use(view);
-}
-
-void MapCache::ShrinkTo(std::size_t bytes) {
-  while (bytes_ > bytes && !recent_.empty()) {
-    auto& oldest = maps_[std::size_t(recent_.back())];
-    bytes_ -= oldest->Bytes();
-    oldest.reset();
-    recent_.pop_back();
-  }
+  };
+  return {limit_bytes, load, [](const MapsOrDamage& loaded) { return loaded.maps.Bytes(); }};
 }
 
 }  // namespace polarscan

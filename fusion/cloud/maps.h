@@ -2,11 +2,9 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstddef>
-#include <list>
-#include <memory>
 #include <string>
-#include <vector>
 
+#include "core/cache.h"
 #include "core/camera.h"
 #include "core/image.h"
 #include "stereo/workspace.h"
@@ -28,41 +26,24 @@ struct ViewMaps {
   std::size_t Bytes() const { return depth.size() * kBytesPerPixel; }
 };
 
-// "geometric" if any view has a geometric depth map, else "photometric". Throws Error if there are no maps at
-// all.
-std::string BestMapKind(const Workspace& workspace);
-bool HasMaps(const Workspace& workspace, int view, const std::string& kind);
+// The best result that any view has. Throws Error if there are no maps at all.
+MapKind BestMapKind(const Workspace& workspace);
+// The same, or the one of this name if it is not "auto".
+MapKind MapKindOf(const std::string& name, const Workspace& workspace);
+bool HasMaps(const Workspace& workspace, int view, const MapKind& kind);
 
 // Reads a view's maps, picture and polarization. Throws Error naming a file that is missing, damaged or of
 // another size than its partner.
-ViewMaps LoadViewMaps(const Workspace& workspace, int view, const std::string& kind, bool masks);
+ViewMaps LoadViewMaps(const Workspace& workspace, int view, const MapKind& kind, bool masks);
 
-// The maps of the views used last, up to a limit of bytes (at least those asked for together). To be used by
-// one thread; it reads files with several.
-class MapCache {
- public:
-  // A view's maps, or why there are none.
-  struct Entry {
-    std::shared_ptr<const ViewMaps> maps;
-    std::string damage;
-  };
-
-  MapCache(const Workspace& workspace, std::string kind, bool masks, std::size_t limit_bytes);
-  ~MapCache();  // gives the memory back to the system
-  std::vector<Entry> Get(const std::vector<int>& views);
-
- private:
-  Entry Load(int view) const;
-  void Use(int view);
-  void Keep(int view, const std::shared_ptr<const ViewMaps>& maps);
-  void ShrinkTo(std::size_t bytes);
-
-  const Workspace& workspace_;
-  std::string kind_;
-  bool masks_;
-  std::size_t limit_bytes_, bytes_ = 0;
-  std::vector<std::shared_ptr<const ViewMaps>> maps_;
-  std::list<int> recent_;  // most recent first
+// A view's maps, or why there are none.
+struct MapsOrDamage {
+  ViewMaps maps;
+  std::string damage;
 };
+
+// As they are asked for, from files read by several threads at once.
+Cache<MapsOrDamage> CachedViewMaps(const Workspace& workspace, const MapKind& kind, bool masks,
+                                   std::size_t limit_bytes);
 
 }  // namespace polarscan

@@ -28,12 +28,8 @@ std::vector<SurfacePoint> SomePoints(const ViewMaps& maps) {
 }
 
 bool MaySee(const DenseView& view, const SurfacePoint& point) {
-  const Eigen::Vector3d p = view.cam_from_world * point.position;
-  if (p.z() <= 0) return false;
-  const Eigen::Vector2d uv = view.camera.Project(p);
   const Eigen::Vector3d to_view = (view.cam_from_world.Center() - point.position).normalized();
-  return uv.x() >= 0 && uv.y() >= 0 && uv.x() < view.camera.width && uv.y() < view.camera.height &&
-         to_view.dot(point.normal) > kMinFacing;
+  return view.camera.Sees(view.cam_from_world * point.position) && to_view.dot(point.normal) > kMinFacing;
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 
+#include "core/conjugate_gradients.h"
 #include "core/error.h"
 #include "core/parallel.h"
 
@@ -74,37 +75,55 @@ class VertexSystem {
   // By conjugate gradients with the diagonal as preconditioner (Saad, Iterative Methods, 9.2), from zero.
   // Throws Error if they do not end.
   Eigen::VectorXd Solve() const {
-    Eigen::VectorXd x = Eigen::VectorXd::Zero(right.size()), residual = right;
-    Eigen::VectorXd step = residual.cwiseQuotient(diagonal_), product(right.size());
-    double size = residual.dot(step), left = residual.squaredNorm();
-    const double enough = kTolerance * kTolerance * left;
-    for (int i = 0; i < kMostIterations && left > enough; ++i) {
-      const double curvature = SumOfBlocks([&](Eigen::Index begin, Eigen::Index count) {
-        Multiply(step, begin, count, product);
-        return Pair(step.segment(begin, count).dot(product.segment(begin, count)), 0);
-      })[0];
-      const double length = size / curvature;
-      const Pair sums = SumOfBlocks([&](Eigen::Index begin, Eigen::Index count) {
-        auto rest = residual.segment(begin, count);
-        x.segment(begin, count) += length * step.segment(begin, count);
-        rest -= length * product.segment(begin, count);
-        return Pair(rest.dot(rest.cwiseQuotient(diagonal_.segment(begin, count))), rest.squaredNorm());
-      });
-      SumOfBlocks([&](Eigen::Index begin, Eigen::Index count) {
-        auto part = step.segment(begin, count);
-        part = residual.segment(begin, count).cwiseQuotient(diagonal_.segment(begin, count)) +
-               sums[0] / size * part;
-        return Pair(0, 0);
-      });
-      size = sums[0], left = sums[1];
-    }
-    if (!(left <= enough))
-      throw Error("the mesh cannot be refined", std::to_string(x.size()) + " vertices", "Try --no-refine");
-    return x;
+    Iterate at{*this,
+               Eigen::VectorXd::Zero(right.size()),
+               right,
+               right.cwiseQuotient(diagonal_),
+               Eigen::VectorXd(right.size()),
+               right.squaredNorm()};
+    const double enough = kTolerance * kTolerance * at.left;
+    ConjugateGradients(at, at.residual.dot(at.direction), kMostIterations,
+                       [&](double) { return at.left > enough; });
+    if (!(at.left <= enough))
+      throw Error("the mesh cannot be refined", std::to_string(right.size()) + " vertices",
+                  "Try --no-refine");
+    return std::move(at.x);
   }
 
  private:
   using Pair = Eigen::Vector2d;
+
+  // What ConjugateGradients asks for. left: the residual's square.
+  struct Iterate {
+    const VertexSystem& system;
+    Eigen::VectorXd x, residual, direction, product;
+    double left;
+
+    double Curvature() {
+      return system.SumOfBlocks([&](Eigen::Index begin, Eigen::Index count) {
+        system.Multiply(direction, begin, count, product);
+        return Pair(direction.segment(begin, count).dot(product.segment(begin, count)), 0);
+      })[0];
+    }
+    double UpdateSolution(double length) {
+      const Pair sums = system.SumOfBlocks([&](Eigen::Index begin, Eigen::Index count) {
+        auto rest = residual.segment(begin, count);
+        x.segment(begin, count) += length * direction.segment(begin, count);
+        rest -= length * product.segment(begin, count);
+        return Pair(rest.dot(rest.cwiseQuotient(system.diagonal_.segment(begin, count))), rest.squaredNorm());
+      });
+      left = sums[1];
+      return sums[0];
+    }
+    void UpdateDirection(double share) {
+      system.SumOfBlocks([&](Eigen::Index begin, Eigen::Index count) {
+        auto part = direction.segment(begin, count);
+        part = residual.segment(begin, count).cwiseQuotient(system.diagonal_.segment(begin, count)) +
+               share * part;
+        return Pair(0, 0);
+      });
+    }
+  };
 
   // Of f(begin, count), in parallel; blocks do not depend on the number of threads.
   template <class F>

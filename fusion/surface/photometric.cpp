@@ -141,12 +141,12 @@ class ViewComparison {
 }  // namespace
 
 std::vector<Pull> PhotometricPulls(const TriangleMesh& mesh, const VertexNeighbours& neighbours,
-                                   const Workspace& workspace, const SurfaceLooks& looks,
+                                   const std::vector<DenseView>& views, const SurfaceAppearance& appearance,
                                    Progress& progress) {
   ViewComparison comparison(mesh, neighbours, MeanEdge(mesh));
-  for (std::size_t view = 0; view < looks.grays.size(); ++view) {
+  for (std::size_t view = 0; view < appearance.grays.size(); ++view) {
     progress.Check();
-    comparison.Add(workspace.views[view], looks.grays[view], looks.visible[view]);
+    comparison.Add(views[view], appearance.grays[view], appearance.visible[view]);
   }
   return comparison.Pulls();
 }

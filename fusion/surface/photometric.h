@@ -8,13 +8,13 @@
 #include "core/progress.h"
 #include "fusion/mesh_topology.h"
 #include "fusion/surface/normal_fit.h"
-#include "stereo/workspace.h"
+#include "stereo/dense_view.h"
 
 namespace polarscan {
 
-// How views look at a surface: what each sees of it, and with which grey values.
-struct SurfaceLooks {
-  std::vector<std::vector<bool>> visible;   // [view][vertex] (fusion/mesh_views.h)
+// What each view sees of a surface, and with which grey values.
+struct SurfaceAppearance {
+  std::vector<std::vector<bool>> visible;   // [view][vertex] (fusion/surface/mesh_views.h)
   std::vector<Image<std::uint16_t>> grays;  // [view], of the whole scale
 };
 
@@ -26,6 +26,7 @@ struct SurfaceLooks {
 // neighbours gives the pull's place and, by its curvature, its weight (edge^2 = 1). No pull where the
 // agreement is under a tenth, or best at either end. Deterministic for any number of threads.
 std::vector<Pull> PhotometricPulls(const TriangleMesh& mesh, const VertexNeighbours& neighbours,
-                                   const Workspace& workspace, const SurfaceLooks& looks, Progress& progress);
+                                   const std::vector<DenseView>& views, const SurfaceAppearance& appearance,
+                                   Progress& progress);
 
 }  // namespace polarscan

@@ -4,11 +4,10 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 
 #include "core/parallel.h"
 #include "fusion/mesh_topology.h"
-#include "fusion/mesh_views.h"
+#include "fusion/surface/mesh_views.h"
 #include "fusion/surface/normal_fit.h"
 #include "fusion/surface/photometric.h"
 #include "fusion/surface/silhouettes.h"
@@ -27,10 +26,10 @@ constexpr int kLookAgain = 4;               // rounds after which views are comp
 constexpr int kOutlineAgain = 2;            // ... and outlines
 constexpr float kSoftness = 0.15f * 0.15f;  // squared sine of the angle off a sample at which it counts half
 
-// What all views show of the mesh.
-struct Shown {
+// What all views say about the mesh.
+struct Observations {
   VertexConstraints aop;  // none without polarization
-  SurfaceLooks looks;
+  SurfaceAppearance appearance;
 };
 
 Image<std::uint16_t> Quantised(const Image<float>& gray) {
@@ -39,31 +38,31 @@ Image<std::uint16_t> Quantised(const Image<float>& gray) {
   return out;
 }
 
-bool UsesAop(const Workspace& workspace, const RefineOptions& options) {
-  return options.polarization && workspace.polarized;
+bool UsesAop(const SurfaceViews& views, const RefineOptions& options) {
+  return options.polarization && views.polarized;
 }
 
 // Reads some views at a time.
-Shown Show(const TriangleMesh& mesh, const Workspace& workspace, const RefineOptions& options,
-           Progress& progress) {
+Observations Observe(const TriangleMesh& mesh, const SurfaceViews& views, const RefineOptions& options,
+                     Progress& progress) {
   constexpr std::size_t kAtOnce = 4;
   StereoOptions evidence;
   evidence.aop_noise_deg = options.aop_noise_deg;
-  const std::size_t views = workspace.views.size();
-  const bool polarized = UsesAop(workspace, options), textured = options.photometric > 0;
-  std::vector<std::vector<bool>> visible = VisibleVertices(mesh, workspace, progress);
+  const std::size_t count = views.views.size();
+  const bool polarized = UsesAop(views, options), textured = options.photometric > 0;
+  std::vector<std::vector<bool>> visible = VisibleVertices(mesh, views.views, progress);
   VertexConstraints aop(mesh.vertices.size(), polarized ? visible : std::vector<std::vector<bool>>());
-  std::vector<Image<std::uint16_t>> grays(views);
-  for (std::size_t begin = 0; begin < views && (polarized || textured); begin += kAtOnce) {
-    std::vector<Image<PolarSample>> polar(std::min(kAtOnce, views - begin));
+  std::vector<Image<std::uint16_t>> grays(count);
+  for (std::size_t begin = 0; begin < count && (polarized || textured); begin += kAtOnce) {
+    std::vector<Image<PolarSample>> polar(std::min(kAtOnce, count - begin));
     ParallelFor(0, int(polar.size()), [&](int i) {
       progress.Check();
-      const StokesImage stokes = ReadViewLight(workspace, int(begin) + i);
+      const StokesImage stokes = views.light(int(begin) + i);
       if (textured) grays[begin + std::size_t(i)] = Quantised(MakeGray(stokes.s0, 1));
       if (polarized) polar[std::size_t(i)] = MakePolarSamples(stokes, evidence);
     });
     for (std::size_t i = 0; polarized && i < polar.size(); ++i)
-      AddAopConstraints(mesh, workspace.views[begin + i], polar[i], visible[begin + i], aop);
+      AddAopConstraints(mesh, views.views[begin + i], polar[i], visible[begin + i], aop);
   }
   return {std::move(aop), {std::move(visible), std::move(grays)}};
 }
@@ -101,7 +100,7 @@ Eigen::Matrix3d WithBend(const Eigen::Matrix3d& aop, const Eigen::Vector3d& smoo
 }
 
 // Several pulls as one.
-Pull Together(std::initializer_list<Pull> pulls) {
+Pull Combined(std::initializer_list<Pull> pulls) {
   Pull sum;
   for (const Pull& pull : pulls) sum.move += pull.weight * pull.move, sum.weight += pull.weight;
   sum.move /= sum.weight;
@@ -141,24 +140,21 @@ OptionTable Table(RefineOptions& o) {
   };
 }
 
-bool CanRefine(const Workspace& workspace, const RefineOptions& options) {
-  bool masks = false;
-  for (int view = 0; options.masks && view < int(workspace.views.size()); ++view)
-    masks = masks || std::filesystem::exists(workspace.MaskPath(view));
-  return masks || UsesAop(workspace, options);
+bool CanRefine(const SurfaceViews& views, const RefineOptions& options) {
+  return (options.masks && views.masked) || UsesAop(views, options);
 }
 
-TriangleMesh RefineMesh(const TriangleMesh& input, const std::vector<bool>& far, const Workspace& workspace,
+TriangleMesh RefineMesh(const TriangleMesh& input, const std::vector<bool>& far, const SurfaceViews& views,
                         const RefineOptions& options, RefineCounts& counts, Progress& progress) {
   TriangleMesh mesh = input;
   const std::size_t count = mesh.vertices.size();
   progress.Begin("refinement", std::size_t(options.rounds) + 1, "round");
   const VertexNeighbours neighbours(count, mesh.triangles);
-  const Shown shown = Show(mesh, workspace, options, progress);
-  Silhouettes silhouettes(workspace, kReach);
+  const Observations observed = Observe(mesh, views, options, progress);
+  Silhouettes silhouettes(views, kReach);
   NormalFit fit{std::vector<Eigen::Matrix3d>(count), std::vector<Pull>(count), options.smoothness};
   Eigen::VectorXd moved = Eigen::VectorXd::Zero(Eigen::Index(count));
-  std::vector<Pull> outlines(count), looks(count);  // from where the vertices were at first
+  std::vector<Pull> outlines(count), photometric(count);  // from where the vertices were at first
   const auto from_first = [&](std::vector<Pull> pulls) {
     for (std::size_t v = 0; v < count; ++v) pulls[v].move += moved[Eigen::Index(v)];
     return pulls;
@@ -166,7 +162,8 @@ TriangleMesh RefineMesh(const TriangleMesh& input, const std::vector<bool>& far,
   for (int round = 0; round < options.rounds; ++round) {
     progress.Advance();
     if (options.photometric > 0 && round % kLookAgain == 0)
-      looks = from_first(PhotometricPulls(mesh, neighbours, workspace, shown.looks, progress));
+      photometric =
+          from_first(PhotometricPulls(mesh, neighbours, views.views, observed.appearance, progress));
     if (options.masks && options.outline > 0 && round % kOutlineAgain == 0)
       outlines = from_first(silhouettes.Pulls(mesh, progress));
     const bool outlined = std::ranges::any_of(outlines, [](const Pull& p) { return p.weight > 0; });
@@ -174,10 +171,11 @@ TriangleMesh RefineMesh(const TriangleMesh& input, const std::vector<bool>& far,
     const std::vector<Eigen::Vector3d> smooth = SmoothNormals(mesh, neighbours);
     ParallelFor(0, int(count), [&](int i) {
       const auto v = std::size_t(i);
-      fit.normal[v] = WithBend(QuadraticForm(shown.aop.TableOf(v), mesh.normals[v]), smooth[v]);
-      fit.pulls[v] = Together({{-moved[i], anchor * (far[v] ? kFarAnchor : 1)},
-                               {outlines[v].move - moved[i], options.outline * outlines[v].weight},
-                               {looks[v].move - moved[i], options.photometric * looks[v].weight}});
+      fit.normal[v] = WithBend(QuadraticForm(observed.aop.TableOf(v), mesh.normals[v]), smooth[v]);
+      fit.pulls[v] =
+          Combined({{-moved[i], anchor * (far[v] ? kFarAnchor : 1)},
+                    {outlines[v].move - moved[i], options.outline * outlines[v].weight},
+                    {photometric[v].move - moved[i], options.photometric * photometric[v].weight}});
     });
     progress.Check();
     const Eigen::VectorXd moves = FitMoves(mesh, neighbours, fit);
@@ -186,7 +184,7 @@ TriangleMesh RefineMesh(const TriangleMesh& input, const std::vector<bool>& far,
     ComputeVertexNormals(mesh);
   }
   progress.Advance();
-  Count(shown.aop, outlines, moved, counts);
+  Count(observed.aop, outlines, moved, counts);
   return mesh;
 }
 

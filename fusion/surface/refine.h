@@ -5,7 +5,7 @@
 #include "core/mesh.h"
 #include "core/options.h"
 #include "core/progress.h"
-#include "stereo/workspace.h"
+#include "fusion/surface/surface_views.h"
 
 namespace polarscan {
 
@@ -24,7 +24,7 @@ struct RefineOptions {
 OptionTable Table(RefineOptions& options);
 
 // Whether the scan holds anything to refine by: polarization or masks, as far as the options use them.
-bool CanRefine(const Workspace& workspace, const RefineOptions& options);
+bool CanRefine(const SurfaceViews& views, const RefineOptions& options);
 
 // What was done, for scan.json.
 struct RefineCounts {
@@ -36,13 +36,13 @@ struct RefineCounts {
 // Moves the vertices along their normals until the surface's normals fit the AoP of all views that see them,
 // its outlines those of the masks, and it looks alike in all views. In each round every vertex gets the
 // robust quadratic form of its AoP samples (diffuse or specular, whichever fits: stereo/costs/aop_table.h),
-// the pulls of the outlines (fusion/surface/silhouettes.h) and of its looks (fusion/surface/photometric.h),
+// the pulls of the outlines (fusion/surface/silhouettes.h) and of its appearance (fusion/surface/photometric.h),
 // where its AoP say little also a pull of its normal to that of its surroundings (the other two would leave
 // ridges); then all vertices move at once (fusion/surface/normal_fit.h), held by where they were. The idea is
 // that of Polarimetric MVIR (Zhao, Monno, Okutomi, ECCV 2020), as a sequence of linear systems; which views
 // see a vertex is decided once (Embree). `far`: vertices that no points bear out, held less. Normals are
 // computed anew. Holds two bytes a pixel of all views. Same result for any number of threads.
-TriangleMesh RefineMesh(const TriangleMesh& mesh, const std::vector<bool>& far, const Workspace& workspace,
+TriangleMesh RefineMesh(const TriangleMesh& mesh, const std::vector<bool>& far, const SurfaceViews& views,
                         const RefineOptions& options, RefineCounts& counts, Progress& progress);
 
 }  // namespace polarscan

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/parallel.h"
+#include "core/statistics.h"
 #include "stereo/costs/view.h"
 
 namespace polarscan {
@@ -59,30 +60,23 @@ std::vector<bool> OutlineVertices(const TriangleMesh& mesh, const Eigen::Vector3
   return outline;
 }
 
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 }  // namespace
 
-std::vector<bool> OutsideOfMasks(const std::vector<Eigen::Vector3d>& points, const Workspace& workspace,
+std::vector<bool> OutsideOfMasks(const std::vector<Eigen::Vector3d>& points, const SurfaceViews& views,
                                  double margin_px, Progress& progress) {
   constexpr int kWitnesses = 2;
-  const std::vector<int> places = Places(workspace.views);
+  const std::vector<int> places = Places(views.views);
   std::vector<int> order(places.size());  // views of one place one after the other
   std::iota(order.begin(), order.end(), 0);
   std::ranges::stable_sort(order, {}, [&](int view) { return places[std::size_t(view)]; });
   std::vector<int> witnesses(points.size(), 0), last(points.size(), -1);  // places; the last of them
   for (const int i : order) {
     progress.Check();
-    const Image<std::uint8_t> mask = ReadViewMask(workspace, i);
+    const Image<std::uint8_t> mask = views.mask(i);
     if (mask.empty()) continue;
     const Image<std::uint8_t> wide = Dilate(mask, margin_px);
     const bool whole = KeepsClearOfBorder(wide);  // then what lies beside the picture lies beside the object
-    const DenseView& view = workspace.views[std::size_t(i)];
+    const DenseView& view = views.views[std::size_t(i)];
     for (std::size_t k = 0; k < points.size(); ++k) {
       const Eigen::Vector3d p = view.cam_from_world * points[k];
       if (p.z() <= 0) continue;
@@ -120,10 +114,9 @@ std::vector<OutlinePull> OutlinePulls(const TriangleMesh& mesh, const RayCaster&
   return pulls;
 }
 
-Silhouettes::Silhouettes(const Workspace& workspace, double reach_px)
-    : workspace_(workspace), reach_px_(reach_px) {
-  for (int view = 0; view < int(workspace.views.size()); ++view)
-    masks_.push_back(ReadViewMask(workspace, view));
+Silhouettes::Silhouettes(const SurfaceViews& views, double reach_px)
+    : views_(views.views), reach_px_(reach_px) {
+  for (int view = 0; view < int(views_.size()); ++view) masks_.push_back(views.mask(view));
 }
 
 std::vector<Pull> Silhouettes::Pulls(const TriangleMesh& mesh, Progress& progress) {
@@ -133,7 +126,7 @@ std::vector<Pull> Silhouettes::Pulls(const TriangleMesh& mesh, Progress& progres
     const auto view = std::size_t(i);
     progress.Check();
     if (!masks_[view].empty())
-      by_view[view] = OutlinePulls(mesh, caster, workspace_.views[view], masks_[view], reach_px_);
+      by_view[view] = OutlinePulls(mesh, caster, views_[view], masks_[view], reach_px_);
   });
   std::vector<double> distances;
   for (const auto& pulls : by_view)

@@ -8,14 +8,14 @@
 #include "core/mesh.h"
 #include "core/progress.h"
 #include "fusion/surface/normal_fit.h"
-#include "stereo/workspace.h"
+#include "fusion/surface/surface_views.h"
 
 namespace polarscan {
 
 // Points that lie outside of the masks of views from two places or more, by more than `margin_px`. What a
 // picture does not show counts where its mask keeps clear of the border by that, so that the picture shows
 // all of the object.
-std::vector<bool> OutsideOfMasks(const std::vector<Eigen::Vector3d>& points, const Workspace& workspace,
+std::vector<bool> OutsideOfMasks(const std::vector<Eigen::Vector3d>& points, const SurfaceViews& views,
                                  double margin_px, Progress& progress);
 
 // How far the outline of a view's mask lies outside of the mesh's own outline, beside one vertex of that.
@@ -42,12 +42,12 @@ class Silhouettes {
   static constexpr double kSubPixel = 0.3;  // what the outlines of good masks and good depths may differ by
 
   // Reads the masks. A view without one pulls nothing.
-  Silhouettes(const Workspace& workspace, double reach_px);
+  Silhouettes(const SurfaceViews& views, double reach_px);
   // One pull a vertex: the mean of what the views say.
   std::vector<Pull> Pulls(const TriangleMesh& mesh, Progress& progress);
 
  private:
-  const Workspace& workspace_;
+  const std::vector<DenseView> views_;
   double reach_px_;
   std::vector<Image<std::uint8_t>> masks_;
   std::optional<double> bias_px_;  // known after the first call

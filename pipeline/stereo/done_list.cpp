@@ -40,7 +40,7 @@ json DoneList::MapsIn(const fs::path& file) const {
   return stored.value("inputs", "") == input_ ? stored.value("maps", json::object()) : json::object();
 }
 
-bool DoneList::IsDone(int view, const std::string& kind) const {
+bool DoneList::IsDone(int view, const MapKind& kind) const {
   const std::string key = Key(view, kind);
   if (!all_.contains(key) || !fs::exists(workspace_.DepthPath(view, kind)) ||
       !fs::exists(workspace_.NormalPath(view, kind)))
@@ -48,13 +48,13 @@ bool DoneList::IsDone(int view, const std::string& kind) const {
   return all_[key] == HashOf(view, kind);
 }
 
-bool DoneList::IsDone(const std::string& kind) const {
+bool DoneList::IsDone(const MapKind& kind) const {
   for (int view = 0; view < int(workspace_.views.size()); ++view)
     if (!IsDone(view, kind)) return false;
   return true;
 }
 
-void DoneList::Add(int view, const std::string& kind) {
+void DoneList::Add(int view, const MapKind& kind) {
   const std::string key = Key(view, kind);
   own_[key] = all_[key] = HashOf(view, kind);
   WriteOwn();
@@ -62,7 +62,7 @@ void DoneList::Add(int view, const std::string& kind) {
 
 void DoneList::WriteOwn() const { WriteJson(OwnFile(), {{"inputs", input_}, {"maps", own_}}); }
 
-void DoneList::KeepOnly(const std::string& kind) {
+void DoneList::KeepOnly(const MapKind& kind) {
   json kept = json::object();
   for (int view = 0; view < int(workspace_.views.size()); ++view)
     if (const std::string key = Key(view, kind); all_.contains(key)) kept[key] = all_[key];
@@ -70,7 +70,7 @@ void DoneList::KeepOnly(const std::string& kind) {
   WriteOwn();
 }
 
-void DoneList::Remove(const std::string& kind) {
+void DoneList::Remove(const MapKind& kind) {
   for (int view = shard_.index; view < int(workspace_.views.size()); view += shard_.count) {
     own_.erase(Key(view, kind)), all_.erase(Key(view, kind));
     fs::remove(workspace_.DepthPath(view, kind));
@@ -78,14 +78,14 @@ void DoneList::Remove(const std::string& kind) {
   }
 }
 
-int DoneList::Count(const std::string& kind) const {
+int DoneList::Count(const MapKind& kind) const {
   int count = 0;
   for (int view = 0; view < int(workspace_.views.size()); ++view)
     count += all_.contains(Key(view, kind)) && fs::exists(workspace_.NormalPath(view, kind));
   return count;
 }
 
-void DoneList::WaitForOthers(const std::string& kind, Progress& progress) {
+void DoneList::WaitForOthers(const MapKind& kind, Progress& progress) {
   using Clock = std::chrono::steady_clock;
   const int wanted = int(workspace_.views.size());
   int there = Count(kind);
@@ -107,7 +107,7 @@ void DoneList::WaitForOthers(const std::string& kind, Progress& progress) {
   }
 }
 
-std::string DoneList::HashOf(int view, const std::string& kind) const {
+std::string DoneList::HashOf(int view, const MapKind& kind) const {
   return ToHex(HashFile(workspace_.DepthPath(view, kind), HashFile(workspace_.NormalPath(view, kind))));
 }
 

@@ -15,19 +15,19 @@ namespace polarscan {
 class DoneList {
  public:
   DoneList(const Workspace& workspace, std::uint64_t input_hash, Shard shard = {});
-  bool IsDone(int view, const std::string& kind) const;
-  void Add(int view, const std::string& kind);
+  bool IsDone(int view, const MapKind& kind) const;
+  void Add(int view, const MapKind& kind);
   // Removes this shard's maps of this kind.
-  void Remove(const std::string& kind);
+  void Remove(const MapKind& kind);
   // Forgets the maps of all other kinds, by whichever shard. For one that works alone.
-  void KeepOnly(const std::string& kind);
+  void KeepOnly(const MapKind& kind);
   // Until the other shards have made their maps of this kind. Throws Error if no new one comes for as long as
   // the shard is willing to wait, and Cancelled.
-  void WaitForOthers(const std::string& kind, Progress& progress);
+  void WaitForOthers(const MapKind& kind, Progress& progress);
   // Views whose maps of this kind are listed and there; what is in them is not looked at.
-  int Count(const std::string& kind) const;
+  int Count(const MapKind& kind) const;
   // For all views, here or in other shards.
-  bool IsDone(const std::string& kind) const;
+  bool IsDone(const MapKind& kind) const;
 
  private:
   std::filesystem::path Folder() const { return workspace_.folder / "stereo"; }
@@ -35,10 +35,10 @@ class DoneList {
   void Read();
   nlohmann::json MapsIn(const std::filesystem::path& file) const;
   void WriteOwn() const;
-  std::string Key(int view, const std::string& kind) const {
-    return workspace_.views[std::size_t(view)].name + "." + kind;
+  std::string Key(int view, const MapKind& kind) const {
+    return workspace_.views[std::size_t(view)].name + "." + ToString(kind);
   }
-  std::string HashOf(int view, const std::string& kind) const;
+  std::string HashOf(int view, const MapKind& kind) const;
 
   const Workspace& workspace_;
   std::string input_;

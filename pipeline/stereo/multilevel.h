@@ -1,21 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include <cstdint>
-
-#include "core/progress.h"
 #include "pipeline/stereo/plan.h"
-#include "pipeline/stereo/shard.h"
-#include "stereo/options.h"
-#include "stereo/workspace.h"
+#include "pipeline/stereo/step_runner.h"
 
 namespace polarscan {
 
-// The schedule of preset "default": coarse to fine, at each level a checkerboard search (checkerboard.h) and
-// rounds across views (stereo/rounds/). Every step is a barrier: it needs the maps of all views of the step
-// before, which are kept on disk beside the final ones until the next step is done. The last step's maps are
-// the "geometric" ones. input_hash: of everything that the maps depend on. Throws Cancelled.
-void RunMultilevel(const Workspace& workspace, const StereoOptions& options, std::uint64_t input_hash,
-                   const Shard& shard, Progress& progress);
+// The schedule of preset "default": coarse to fine, at each level a checkerboard search
+// (stereo/search/checkerboard.h) and rounds across views (stereo/rounds/). A step needs the maps of all views
+// of the step before, which are kept on disk until it is done. The last step's maps are the result, or
+// kSeparateMaps where surfaces follow. Throws Cancelled.
+void RunMultilevel(StepRunner& steps);
 
 // The steps of that schedule, none of them marked as done.
 std::vector<StereoStep> MultilevelSteps(const Workspace& workspace, const StereoOptions& options);

@@ -3,12 +3,14 @@
 #include <string>
 #include <vector>
 
+#include "stereo/map_kind.h"
+
 namespace polarscan {
 
 // Between two steps is a barrier: a step needs the maps of the step before of all views.
 struct StereoStep {
   std::string title;  // "round 1 at 1/4 size"
-  std::string kind;   // of its maps (stereo/workspace.h)
+  MapKind kind;       // of its maps
   int done = 0;       // views whose maps of this step are there, from the same inputs and options; they are
                       // removed when the next step is done
 };

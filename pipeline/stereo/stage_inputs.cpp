@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "core/error.h"
+#include "stereo/dense/load_view.h"
 #include "stereo/map_io.h"
 
 namespace polarscan {
@@ -18,8 +19,6 @@ Image<T> InPicture(const PictureWindow& window, const Image<T>& part, T nothing)
   return picture;
 }
 
-}  // namespace
-
 std::size_t BytesOf(const StereoView& view) {
   return view.gray.size() * (sizeof(float) + sizeof(std::uint32_t) + 2) +
          view.evidence.size() * sizeof(float) + view.polar.size() * sizeof(PolarSample);
@@ -29,7 +28,23 @@ std::size_t BytesOf(const DepthNormalMap& map) {
   return map.depth.size() * (sizeof(float) + sizeof(Eigen::Vector3f));
 }
 
-DepthNormalMap ReadMaps(const Workspace& workspace, int view, const std::string& kind) {
+std::size_t CacheBytes(const StereoOptions& options) { return std::size_t(options.cache_gb * 1e9) / 2; }
+
+}  // namespace
+
+Cache<StereoView> CachedViews(const Workspace& workspace, const StereoOptions& options, float scale,
+                              int halvings) {
+  const auto load = [&workspace, &options, scale, halvings](int view) {
+    return LoadStereoView(workspace, view, scale, options, halvings);
+  };
+  return {CacheBytes(options), load, [](const StereoView& view) { return BytesOf(view); }};
+}
+
+Cache<DepthNormalMap> CachedMaps(const StereoOptions& options, std::function<DepthNormalMap(int)> read) {
+  return {CacheBytes(options), std::move(read), [](const DepthNormalMap& map) { return BytesOf(map); }};
+}
+
+DepthNormalMap ReadMaps(const Workspace& workspace, int view, const MapKind& kind) {
   DepthNormalMap map{ReadDepthMap(workspace.DepthPath(view, kind)),
                      ReadNormalMap(workspace.NormalPath(view, kind))};
   if (kind != kFinalMaps) return map;
@@ -37,7 +52,7 @@ DepthNormalMap ReadMaps(const Workspace& workspace, int view, const std::string&
   return {InWindow(dense, std::move(map.depth)), InWindow(dense, std::move(map.normal))};
 }
 
-void WriteMaps(const Workspace& workspace, int view, const std::string& kind, const DepthNormalMap& map) {
+void WriteMaps(const Workspace& workspace, int view, const MapKind& kind, const DepthNormalMap& map) {
   const std::optional<PictureWindow>& window = workspace.views[std::size_t(view)].window;
   const bool whole = kind == kFinalMaps && window;
   WriteDepthMap(workspace.DepthPath(view, kind), whole ? InPicture(*window, map.depth, 0.0f) : map.depth);

@@ -3,18 +3,22 @@
 #include "core/cache.h"
 #include "stereo/costs/problem.h"
 #include "stereo/options.h"
+#include "stereo/workspace.h"
 
 namespace polarscan {
 
 // What every schedule's stage needs of the workspace: its maps, and the caches' values made into problems.
 
-std::size_t BytesOf(const StereoView& view);
-std::size_t BytesOf(const DepthNormalMap& map);
+// Views and maps as they are asked for, each with half of options.cache_gb. They last no longer than the
+// workspace and the options. scale: GrayScale of the workspace.
+Cache<StereoView> CachedViews(const Workspace& workspace, const StereoOptions& options, float scale,
+                              int halvings = 0);
+Cache<DepthNormalMap> CachedMaps(const StereoOptions& options, std::function<DepthNormalMap(int)> read);
 
 // The maps of that kind, of the view's window. On disk kFinalMaps have the whole picture's size, others the
 // window's. Throw Error on a missing or damaged file.
-DepthNormalMap ReadMaps(const Workspace& workspace, int view, const std::string& kind);
-void WriteMaps(const Workspace& workspace, int view, const std::string& kind, const DepthNormalMap& map);
+DepthNormalMap ReadMaps(const Workspace& workspace, int view, const MapKind& kind);
+void WriteMaps(const Workspace& workspace, int view, const MapKind& kind, const DepthNormalMap& map);
 
 // The view with its best sources; `maps`: null for a problem without geometric terms. reference: the view's.
 // Throws Error if no other view looks at the same place.

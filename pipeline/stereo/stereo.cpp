@@ -1,97 +1,111 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/stereo/stereo.h"
-#include "stereo/dense/load_view.h"
 
-#include <fmt/format.h>
+#include <algorithm>
+#include <set>
 
 #include "core/files.h"
-#include "pipeline/stereo/done_list.h"
+#include "pipeline/stereo/common_surface.h"
 #include "pipeline/stereo/multilevel.h"
-#include "pipeline/stereo/stage_inputs.h"
-#include "stereo/costs/hull.h"
+#include "pipeline/stereo/sequential.h"
+#include "pipeline/stereo/surface_steps.h"
+#include "pipeline/workspace_views.h"
 #include "stereo/dense/crop.h"
 #include "stereo/dense/levels.h"
-#include "stereo/search/filter.h"
-#include "stereo/search/sweep.h"
+#include "stereo/dense/load_view.h"
 
 namespace polarscan {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr const char* kPhotometric = "photometric";
 
-// The paper's schedule: a photometric pass over all views, then a geometric one.
-class SequentialStage {
- public:
-  SequentialStage(const Workspace& workspace, const StereoOptions& options, std::uint64_t input_hash,
-                  const Shard& shard, Progress& progress)
-      : workspace_(workspace),
-        options_(options),
-        progress_(progress),
-        scale_(GrayScale(workspace)),
-        views_(
-            CacheBytes() / 2, [this](int v) { return LoadStereoView(workspace_, v, scale_, options_); },
-            [](const StereoView& v) { return BytesOf(v); }),
-        maps_(
-            CacheBytes() / 2, [this](int v) { return ReadMaps(workspace_, v, kPhotometric); },
-            [](const DepthNormalMap& m) { return BytesOf(m); }),
-        shard_(shard),
-        done_(workspace, input_hash, shard) {}
+constexpr double kSupportOfTwo = 1.2;  // a view gives 1 at most: more than one alone, though both look askew
 
-  void RunPass(const std::string& kind, int first_sweep, int iterations) {
-    const int count = int(workspace_.views.size());
-    progress_.Begin(kind + " pass", std::size_t(shard_.Share(count)));
-    for (int view = shard_.index; view < count; view += shard_.count) {
-      progress_.Check();
-      if (!done_.IsDone(view, kind)) EstimateView(view, kind, first_sweep, iterations);
-      progress_.Advance();
-    }
-    done_.WaitForOthers(kind, progress_);
+// Without polarization where it is nothing but noise, without surfaces where nothing could refine one, and
+// asking two places for no more support than they can give.
+StereoOptions OptionsFor(const Workspace& workspace, StereoOptions options) {
+  if (options.polarization && options.polarization_evidence == "noise" && workspace.polarized)
+    options.polarization = AopIsInformative(workspace, options.masks, options.aop_noise_deg);
+  if (options.schedule != "checkerboard" || !CanRefine(ViewsOfWorkspace(workspace), RefinementBy(options)))
+    options.surfaces = 0;
+  const std::vector<int> places = Places(workspace.views);
+  if (std::set<int>(places.begin(), places.end()).size() == 2)
+    options.filter_min_support = std::min(options.filter_min_support, kSupportOfTwo);
+  return options;
+}
+
+void WarnOfPolarization(const Workspace& workspace, const StereoOptions& asked, const StereoOptions& options,
+                        Progress& progress) {
+  if (asked.polarization && !options.polarization)
+    progress.Warn("the pictures' polarization is nothing but noise: it is left out, as by --no-polarization");
+  if (!workspace.polarized && options.polarization)
+    progress.Warn("the pictures hold no polarization: the polarization term is neglected");
+}
+
+// Of views that are not chosen now: maps of an earlier run with other options.
+void RemoveOtherMaps(const Workspace& all, const Workspace& chosen) {
+  for (int view = 0; view < int(all.views.size()); ++view) {
+    const std::string& name = all.views[std::size_t(view)].name;
+    if (std::ranges::binary_search(chosen.views, name, {}, &DenseView::name)) continue;
+    fs::remove(all.DepthPath(view, kFinalMaps));
+    fs::remove(all.NormalPath(view, kFinalMaps));
   }
+}
 
-  void RemoveMaps(const std::string& kind) { done_.Remove(kind); }
-
- private:
-  std::size_t CacheBytes() const { return std::size_t(options_.cache_gb * 1e9); }
-
-  // Four sweeps an iteration: row-major, column-major, and both in reverse (section 3.1).
-  void EstimateView(int view, const std::string& kind, int first_sweep, int iterations) {
-    const bool geometric = kind == kFinalMaps;
-    const auto reference = views_.Get(view);
-    const Problem problem =
-        MakeProblem(workspace_, view, options_, *reference, views_, geometric ? &maps_ : nullptr);
-    const bool warm = geometric && options_.warm_geometric_pass;
-    const Image<DepthInterval> hull =
-        VisualHull(problem, warm ? std::vector<Source>{}
-                                 : SourcesWithSilhouettes(workspace_, view, options_, *reference, views_));
-    MatchState state = InitialState(problem, options_, hull, geometric ? maps_.Get(view).get() : nullptr);
-    constexpr int kDirections[4][2] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
-    for (int i = 0; i < 4 * iterations; ++i) {
-      const Sweep sweep{kDirections[i % 4][0],
-                        kDirections[i % 4][1],
-                        (warm ? 0.25f : 1) * std::exp2(-float(i) / 4),
-                        float(i) / float(4 * iterations),
-                        warm ? 0.01f : 0,
-                        first_sweep + i};
-      RunSweep(problem, options_, hull, sweep, state, progress_);
-    }
-    const bool last = geometric || options_.geometric_iterations == 0;
-    if (last && options_.filter) FilterEstimates(problem, options_, state.selection, state.map);
-    WriteMaps(workspace_, view, kind, state.map);
-    done_.Add(view, kind);
-  }
-
-  const Workspace& workspace_;
-  const StereoOptions& options_;
-  Progress& progress_;
-  const float scale_;
-  Cache<StereoView> views_;
-  Cache<DepthNormalMap> maps_;
-  const Shard shard_;
-  DoneList done_;
-};
+// Of an earlier run, and those on the way to the result.
+void RemoveMapsLeft(StepRunner& steps) {
+  DoneList& done = steps.done();
+  for (int number = 1; number <= steps.options().surfaces; ++number) done.Remove(SurfaceMaps(number));
+  done.Remove(kSeparateMaps);
+  done.KeepOnly(kFinalMaps);
+}
 
 }  // namespace
+
+void EstimateMaps(const fs::path& dense, const StereoOptions& asked, Progress& progress, const Shard& shard) {
+  // 1. The views that are asked for, each cut to its object; the options that help them.
+  const Workspace all = ReadWorkspace(dense), workspace = ChosenViews(all, asked.views);
+  const StereoOptions options = OptionsFor(workspace, asked);
+  WarnOfPolarization(workspace, asked, options, progress);
+  StepRunner steps(CutToObject(workspace, options), options, StereoInputHash(workspace, options), shard,
+                   progress);
+
+  // 2. Maps of each view, from its neighbours: coarse to fine, or in the passes of the paper. Not again where
+  //    those for the surfaces are there: a single program would forget the surfaces' maps.
+  const bool surfaces = options.surfaces > 0, done = surfaces && steps.done().IsDone(kFinalMaps);
+  const bool separate = surfaces && steps.alone() && steps.done().IsDone(kSeparateMaps);
+  if (!done && !separate) {
+    if (options.schedule == "checkerboard")
+      RunMultilevel(steps);
+    else
+      RunSequential(steps);
+  }
+  if (!steps.alone()) return;
+
+  // 3. The surface common to all views, drawn into each map; and the filter.
+  if (surfaces && !done) RunSurfaceSteps(steps);
+
+  // 4. What is left of the way. Last, so that nothing is lost if this run fails.
+  if (surfaces) RemoveMapsLeft(steps);
+  RemoveOtherMaps(all, workspace);
+}
+
+StereoPlan PlanMaps(const fs::path& dense, const StereoOptions& asked) {
+  const Workspace workspace = ChosenViews(ReadWorkspace(dense), asked.views);
+  const StereoOptions options = OptionsFor(workspace, asked);
+  StereoPlan plan{int(workspace.views.size()), ObjectPixels(workspace, options), {}};
+  if (options.schedule == "checkerboard")
+    plan.steps = MultilevelSteps(workspace, options);
+  else
+    plan.steps = {{"photometric pass", kPhotometricMaps}};
+  if (options.schedule != "checkerboard" && options.geometric_iterations > 0)
+    plan.steps.push_back({"geometric pass", kFinalMaps});
+  if (options.schedule == "checkerboard" && options.surfaces > 0)
+    plan.steps.push_back({"maps from the common surface", kFinalMaps});
+  const DoneList done(workspace, StereoInputHash(workspace, options));
+  for (StereoStep& step : plan.steps) step.done = done.Count(step.kind);
+  return plan;
+}
 
 std::uint64_t StereoInputHash(const Workspace& workspace, StereoOptions options) {
   constexpr const char* kSteps =
@@ -104,41 +118,6 @@ std::uint64_t StereoInputHash(const Workspace& workspace, StereoOptions options)
       hash = HashFile(workspace.MaskPath(view), hash);
   }
   return hash;
-}
-
-StereoPlan PlanDepths(const fs::path& dense, const StereoOptions& options) {
-  const Workspace workspace = ChosenViews(ReadWorkspace(dense), options.views);
-  StereoPlan plan{int(workspace.views.size()), ObjectPixels(workspace, options), {}};
-  if (options.schedule == "checkerboard")
-    plan.steps = MultilevelSteps(workspace, options);
-  else
-    plan.steps = {{"photometric pass", kPhotometric}};
-  if (options.schedule != "checkerboard" && options.geometric_iterations > 0)
-    plan.steps.push_back({"geometric pass", kFinalMaps});
-  if (options.schedule == "checkerboard" && options.surfaces > 0)
-    plan.steps.push_back({"maps from the common surface", kFinalMaps});
-  const DoneList done(workspace, StereoInputHash(workspace, options));
-  for (StereoStep& step : plan.steps) step.done = done.Count(step.kind);
-  return plan;
-}
-
-void EstimateDepths(const fs::path& dense, const StereoOptions& options, Progress& progress,
-                    const Shard& shard) {
-  const Workspace workspace = CutToObject(ChosenViews(ReadWorkspace(dense), options.views), options);
-  EstimateDepths(workspace, options, StereoInputHash(workspace, options), progress, shard);
-}
-
-void EstimateDepths(const Workspace& workspace, const StereoOptions& options, std::uint64_t inputs,
-                    Progress& progress, const Shard& shard) {
-  if (!workspace.polarized && options.polarization)
-    progress.Warn("the pictures hold no polarization: the polarization term is neglected");
-  if (options.schedule == "checkerboard") return RunMultilevel(workspace, options, inputs, shard, progress);
-  SequentialStage stage(workspace, options, inputs, shard, progress);
-  stage.RunPass(kPhotometric, 0, options.photometric_iterations);
-  if (options.geometric_iterations > 0)
-    stage.RunPass(kFinalMaps, 4 * options.photometric_iterations, options.geometric_iterations);
-  else
-    stage.RemoveMaps(kFinalMaps);  // of an earlier run: they would go before the photometric ones
 }
 
 }  // namespace polarscan

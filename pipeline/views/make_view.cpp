@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -9,8 +11,17 @@
 namespace polarscan {
 namespace {
 
+// A colour map of an angle or a degree cannot be read back.
+void RequireOneChannel(const Picture& picture, const char* folder, const std::string& where) {
+  if (!IsGrey(picture))
+    throw Error(
+        fmt::format("the picture in {} has colours: it shows the values, it does not hold them", folder),
+        where, "Save the values themselves, one channel of 16 bits or floating point");
+}
+
 // Values of aop/ in radians, anticlockwise or not as the source has it.
 Image<float> AopRadians(const Picture& picture, const std::string& scale, const std::string& where) {
+  RequireOneChannel(picture, "aop/", where);
   const bool radians = scale == "radians" || (scale == "auto" && picture.bits == 32);
   const double unit = radians              ? 1
                       : scale == "degrees" ? std::numbers::pi / 180
@@ -30,7 +41,8 @@ Image<float> AopRadians(const Picture& picture, const std::string& scale, const 
   return aop;
 }
 
-Image<float> Dop(const Picture& picture) {
+Image<float> Dop(const Picture& picture, const std::string& where) {
+  RequireOneChannel(picture, "dop/", where);
   Image<float> dop = picture.planes[0];
   for (float& value : dop.pixels()) value /= picture.full_scale;
   return dop;
@@ -48,7 +60,8 @@ PolarView MakeUnmirrored(const Input& input, const LoadedView& loaded, const Dem
     case InputKind::kStokes:
       return ViewFromStokes({&p[0], &p[1], &p[2]}, p.size() > 3 ? &p[3].planes[0] : nullptr);
     case InputKind::kRgbAopDop:
-      return ViewFromAopDop(p[0], AopRadians(p[1], input.aop_scale, loaded.name), Dop(p[2]), input.sensor);
+      return ViewFromAopDop(p[0], AopRadians(p[1], input.aop_scale, loaded.name), Dop(p[2], loaded.name),
+                            input.sensor);
     default:
       return ViewFromPhoto(p[0], input.sensor);
   }

@@ -15,6 +15,7 @@
 #include "acquisition/input/masks.h"
 #include "core/files.h"
 #include "core/parallel.h"
+#include "core/statistics.h"
 #include "core/words.h"
 #include "pipeline/views/view_pictures.h"
 #include "pipeline/views/view_store.h"
@@ -28,7 +29,7 @@ constexpr int kViewsAtOnce = 4, kScaleViews = 8;
 // Of the pixels: sound views have none of the first two, some clipped ones; four angles that were taken one
 // after the other differ by a percent or two.
 constexpr double kMuchWithoutLight = 0.05, kMuchImpossible = 0.2, kMostlyClipped = 0.5, kUnbalanced = 0.05;
-constexpr double kScalePercentile = 0.995, kScalePixels = 50e3;
+constexpr double kScaleQuantile = 0.995, kScalePixels = 50e3;
 
 // S0 of the brightest colour at a regular grid of pixels.
 void AddBrightness(const PolarView& view, std::vector<float>& values) {
@@ -59,9 +60,7 @@ double MeasureScale(const Input& input, const DemosaicOptions& options, Progress
     AddBrightness(MakeView(*input.Source(view).first, ReadView(input, view), options), values);
   }
   if (values.empty()) return 2;
-  const auto at = values.begin() + std::ptrdiff_t(kScalePercentile * double(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
+  return Quantile(std::move(values), kScaleQuantile);
 }
 
 Image<std::uint8_t> Encode(const Image<float>& s0, double scale) {

@@ -39,10 +39,8 @@ void AddStandIn(const Workspace& workspace, const std::vector<int>& seers, const
   for (const int seer : seers) {
     const DenseView& view = workspace.views[std::size_t(seer)];
     const Eigen::Vector3d local = view.cam_from_world * point;
-    if (local.z() <= 0) continue;
+    if (!view.camera.Sees(local)) continue;
     const Eigen::Vector2d pixel = view.camera.Project(local);
-    if (pixel.x() < 0 || pixel.y() < 0 || pixel.x() > view.camera.width || pixel.y() > view.camera.height)
-      continue;
     ColmapImage& image = sparse.images.at(ids.at(view.name));
     stand_in.track.push_back({image.id, std::uint32_t(image.observations.size())});
     image.observations.push_back({pixel.x() - kHalfPixel, pixel.y() - kHalfPixel, std::int64_t(id)});

@@ -34,10 +34,7 @@ bool ShowsTheSame(const DenseView& view, const DenseView& first) {
                  v = (i / kSide + 0.5) * view.camera.height / kSide;
     const Eigen::Vector3d point =
         view.cam_from_world.Inverse() * Eigen::Vector3d(view.depth_min * view.camera.Ray(u, v));
-    const Eigen::Vector3d seen = first.cam_from_world * point;
-    if (seen.z() <= 0) return false;
-    const Eigen::Vector2d at = first.camera.Project(seen);
-    if (at.x() < 0 || at.y() < 0 || at.x() > first.camera.width || at.y() > first.camera.height) return false;
+    if (!first.camera.Sees(first.cam_from_world * point)) return false;
   }
   return true;
 }

@@ -39,10 +39,8 @@ bool IsInHull(const Eigen::Vector3d& point, const std::vector<DenseView>& views,
     const DenseView& view = views[std::size_t(judge)];
     const CoarseMask& mask = masks[std::size_t(judge)];
     const Eigen::Vector3d local = view.cam_from_world * point;
-    if (local.z() <= 0) continue;
+    if (!view.camera.Sees(local)) continue;
     const Eigen::Vector2d pixel = view.camera.Project(local);
-    if (pixel.x() < 0 || pixel.y() < 0 || pixel.x() >= view.camera.width || pixel.y() >= view.camera.height)
-      continue;
     ++asked;
     outside += mask.cells(int(pixel.x()) / mask.factor, int(pixel.y()) / mask.factor) == 0;
     if (outside > most_outside) return false;

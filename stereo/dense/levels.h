@@ -16,7 +16,7 @@ struct Levels {
 
 // As many as options.levels allows while the coarsest pictures still show enough of the object (5,000 pixels
 // a view) and its thin parts (30 px wide on the mean, nearly three matching windows: what a search loses
-// there no finer size finds again, docs/polarpms.md). Without masks they are taken to be
+// there no finer size finds again, docs/notes/thin-parts.md). Without masks they are taken to be
 // a quarter of the picture's shorter side wide.
 Levels ChooseLevels(const Workspace& workspace, const StereoOptions& options);
 

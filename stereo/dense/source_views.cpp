@@ -24,11 +24,7 @@ Eigen::Vector3d PointAt(const DenseView& view, double u, double v, double depth)
 }
 
 bool Sees(const DenseView& view, const Eigen::Vector3d& point) {
-  const Eigen::Vector3d local = view.cam_from_world * point;
-  if (local.z() <= 0) return false;
-  const Eigen::Vector2d pixel = view.camera.Project(local);
-  return pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= view.camera.width &&
-         pixel.y() <= view.camera.height;
+  return view.camera.Sees(view.cam_from_world * point);
 }
 
 // Share of the reference's picture, as if all of it lay at `depth`, that the source sees.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/conjugate_gradients.h"
 #include "core/parallel.h"
 
 namespace polarscan {
@@ -70,32 +71,38 @@ class Integrator {
   }
 
   Image<float> Solve(const Image<float>& start) {
-    Bordered solution(area_), residual(area_), direction(area_), product(area_);
+    Iterate at{*this, Bordered(area_), Bordered(area_), Bordered(area_), Bordered(area_)};
     // Relative to the voted depths, so that a good start is not asked for more.
-    const double enough = Residuals(voted_, residual, direction) * options_.tolerance * options_.tolerance;
+    const double enough =
+        Residuals(voted_, at.residual, at.direction) * options_.tolerance * options_.tolerance;
     ForRows([&](int y) {
       for (int i = 0; i < area_.columns; ++i) {
         const float depth = start(area_.left + i, area_.top + y);
-        solution.Row(y)[i] = data_.Row(y)[i] > 0 && depth > 0 ? std::log(depth) : voted_.Row(y)[i];
+        at.solution.Row(y)[i] = data_.Row(y)[i] > 0 && depth > 0 ? std::log(depth) : voted_.Row(y)[i];
       }
     });
-    double error = Residuals(solution, residual, direction);
-    for (int i = 0; i < options_.iterations && error > enough; ++i) {
-      const double curvature = Multiply(direction, product);
-      if (!(curvature > 0)) break;
-      const double next = Step(float(error / curvature), direction, product, solution, residual);
-      Turn(float(next / error), residual, direction);
-      error = next;
-    }
+    ConjugateGradients(at, Residuals(at.solution, at.residual, at.direction), options_.iterations,
+                       [&](double error) { return error > enough; });
     Image<float> depth(depth_.width(), depth_.height());
     ForRows([&](int y) {
       for (int i = 0; i < area_.columns; ++i)
-        if (data_.Row(y)[i] > 0) depth(area_.left + i, area_.top + y) = std::exp(solution.Row(y)[i]);
+        if (data_.Row(y)[i] > 0) depth(area_.left + i, area_.top + y) = std::exp(at.solution.Row(y)[i]);
     });
     return depth;
   }
 
  private:
+  // What ConjugateGradients asks for.
+  struct Iterate {
+    const Integrator& system;
+    Bordered solution, residual, direction, product;
+    double Curvature() { return system.Multiply(direction, product); }
+    double UpdateSolution(double length) {
+      return system.Step(float(length), direction, product, solution, residual);
+    }
+    void UpdateDirection(double share) { system.SetDirection(float(share), residual, direction); }
+  };
+
   template <class F>
   void ForRows(F&& f) const {
     ParallelFor(0, area_.rows, f);
@@ -197,7 +204,7 @@ class Integrator {
     });
   }
 
-  void Turn(float keep, const Bordered& residual, Bordered& direction) const {
+  void SetDirection(float keep, const Bordered& residual, Bordered& direction) const {
     ForRows([&](int y) {
       const float *r = residual.Row(y), *inverse = inverse_.Row(y);
       float* d = direction.Row(y);

@@ -178,7 +178,7 @@ class SurfaceMatcher {
     }
   };
 
-  bool Turn(const Band& band, const Source& source, Planes& planes) const {
+  bool ToSource(const Band& band, const Source& source, Planes& planes) const {
     bool any = false;
     for (int y = band.top; y < band.bottom; ++y) {
       float *px = planes.x.Row(y), *py = planes.y.Row(y), *pz = planes.z.Row(y), *seen = planes.seen.Row(y),
@@ -199,7 +199,7 @@ class SurfaceMatcher {
   // 1 - NCC of all pixels and steps with one source; costs[0] is the band's first pixel's first step.
   void MatchSource(const Band& band, const Source& source, Planes& p, float* costs,
                    std::size_t stride) const {
-    if (!Turn(band, source, p)) return;
+    if (!ToSource(band, source, p)) return;
     const auto sums = [&](const BandPlane& a, const BandPlane& b, BandPlane& out) {
       WindowSums(a, b, taps_, band.begin, band.end, p.scratch, out);
     };

@@ -19,7 +19,7 @@ struct SurfaceMatchingOptions {
 // to the step where its window looks most alike (1 - NCC, Gaussian weights, the mean of the sources that
 // match best, sub-step by a parabola). The windows follow the surface, so a curved one does not pull its
 // depth as the planes of PatchMatch do: matched around the truth, these moved it by half as much in our
-// measurements (docs/polarpms.md). A pixel's move is the mean over its surroundings on the same surface,
+// measurements (docs/notes/matching.md). A pixel's move is the mean over its surroundings on the same surface,
 // weighted by how sharp each minimum is; where nothing can be told the depth stays. Normals stay. Sources
 // that carry maps do not count where their own surface hides the point.
 Image<float> MatchSurface(const Problem& problem, const DepthNormalMap& own,

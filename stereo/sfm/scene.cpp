@@ -9,6 +9,7 @@
 #include <map>
 
 #include "core/similarity.h"
+#include "core/statistics.h"
 
 namespace polarscan {
 namespace {
@@ -16,12 +17,6 @@ namespace {
 constexpr std::size_t kEnoughForMedian = 20;  // a view's points, for their median depth
 constexpr double kParallel = 0.002;           // mean squared sine between axes: about 2.5 degrees
 constexpr double kBaselinesToScene = 10.0;    // neighbours see it about 6 degrees apart
-
-double Median(std::vector<double>& values) {
-  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
 
 // Median distance from a camera to the next one elsewhere; 1 if all stand at one place.
 double UsualBaseline(const std::vector<DenseView>& views) {

@@ -8,8 +8,10 @@
 #include <set>
 
 #include "core/error.h"
+#include "core/statistics.h"
 #include "stereo/sfm/model/camera_models.h"
 #include "stereo/sfm/pose_readings.h"
+#include "stereo/workspace.h"
 
 namespace polarscan {
 namespace {
@@ -179,10 +181,8 @@ std::optional<double> Parallax(const SparseModel& model) {
   std::optional<double> largest;
   const double extent = Extent(model);
   for (auto& [id, all] : depths) {
-    const auto middle = all.begin() + std::ptrdiff_t(all.size() / 2);
-    std::ranges::nth_element(all, middle);
     const double focal = ToLens(model.cameras.at(model.images.at(id).camera_id)).pinhole.fx;
-    largest = std::max(largest.value_or(0), focal * extent / *middle);
+    largest = std::max(largest.value_or(0), focal * extent / Median(std::move(all)));
   }
   return largest;
 }

@@ -1,20 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
+// The forms that pictures come in: BMP, PGM, pages and channels of a TIFF, angles, sums, numpy's arrays.
 #include <fmt/format.h>
-#include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <cstring>
+#include <utility>
 
-#include "acquisition/input/input.h"
-#include "core/error.h"
-#include "core/files.h"
+#include "input_forms.h"
 
 namespace polarscan {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* kSony = "90 45 / 135 0";
 
 template <class T>
 std::string Bytes(T value) {
@@ -82,57 +77,6 @@ std::string Npy(const std::string& type, const std::string& shape, const std::ve
   for (const T value : values) file += Bytes(value);
   return file;
 }
-
-class InputFormsTest : public testing::Test {
- protected:
-  InputFormsTest() {
-    folder_ = fs::temp_directory_path() / ("polarscan-forms-" + std::to_string(::getpid()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  ~InputFormsTest() override { fs::remove_all(folder_); }
-
-  void Grey8(const std::string& name, int value = 100, int width = 8, int height = 6) const {
-    WritePng(folder_ / name, Image<std::uint8_t>(width, height, std::uint8_t(value)));
-  }
-  void Colour(const std::string& name) const { WritePng(folder_ / name, Image<Rgb8>(8, 6, {200, 100, 50})); }
-  void File(const std::string& name, const std::string& bytes) const {
-    WriteFileAtomically(folder_ / name, bytes);
-  }
-  Input Open(const InputOptions& options = {}) const { return OpenInput(folder_, options); }
-  Input OpenMosaics() const { return OpenInput(folder_, {.layout = kSony}); }
-  float ValueOf(const Input& input, int view, std::size_t picture = 0, std::size_t plane = 0) const {
-    return ReadView(input, view).pictures.at(picture).planes.at(plane)(1, 2);
-  }
-  std::string Complaint(const InputOptions& options = {}) const {
-    try {
-      const Input input = Open(options);
-      for (int view = 0; view < int(input.views.size()); ++view) ReadView(input, view);
-      return "";
-    } catch (const Error& error) {
-      return error.what();
-    }
-  }
-
-  fs::path folder_;
-};
-
-bool Holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-#define EXPECT_HOLDS(text, part) EXPECT_PRED2(Holds, text, part)
-
-std::vector<std::string> ViewNames(const Input& input) {
-  std::vector<std::string> names;
-  for (const InputView& view : input.views) names.push_back(view.name);
-  return names;
-}
-
-std::string Joined(const std::vector<std::string>& lines) {
-  std::string text;
-  for (const std::string& line : lines) text += line + "\n";
-  return text;
-}
-
-using NameList = std::vector<std::string>;
 
 TEST_F(InputFormsTest, BmpAndPgmOf8And16BitsAreRead) {
   std::string rows;
@@ -202,53 +146,6 @@ TEST_F(InputFormsTest, ATiffWithAChannelOrPageAnAngleIsNeverTakenForAMosaic) {
   EXPECT_HOLDS(Complaint({.kind = "angles", .bits = 12}), "marked as red, green, blue");
   EXPECT_EQ(ValueOf(Open({.kind = "angles", .bits = 12, .angles = "90,45,0,135"}), 0, 3), 135);
   EXPECT_EQ(Open({.kind = "photos"}).views.size(), 1u);
-}
-
-TEST_F(InputFormsTest, PicturesInFoldersAreOneSet) {
-  Colour("images/cam1/0.png");
-  Colour("images/cam2/0.png");
-  Colour("images/1.png");
-  Grey8("masks/cam2/0.png", 255);
-  const Input input = Open();
-  EXPECT_EQ(ViewNames(input), (NameList{"1", "cam1-0", "cam2-0"}));
-  EXPECT_TRUE(input.views[2].mask);
-  EXPECT_FALSE(input.views[1].mask);
-  Colour("images/cam2-0.png");
-  EXPECT_HOLDS(Complaint(), "two pictures have the same name");
-}
-
-TEST_F(InputFormsTest, FoldersOfSeveralInputsAreNotMixedUpAsPhotos) {
-  for (const char* day : {"day1", "day2"})
-    for (const char* angle : {"I-00", "I-45", "I-90", "I-135"}) Grey8(fmt::format("{}/{}/a.png", day, angle));
-  EXPECT_HOLDS(Complaint(), "there are no pictures here");
-  EXPECT_HOLDS(Complaint(), "day1/I-00/");
-}
-
-TEST_F(InputFormsTest, WhatIsNotTakenIsNamedOnceAKind) {
-  Grey8("mosaic/a.png");
-  Grey8("mosaic/b.png");
-  for (int i = 0; i < 5; ++i) File(fmt::format("mosaic/{}.raw", i), "counts");
-  File("IMG_1.HEIC", "ftypheic");
-  Grey8("rejected/c.png");
-  for (const char* name :
-       {"README.md", "notes.txt", "Thumbs.db", ".DS_Store", "preview.png", "truth/depth.png", "masks/a.png"})
-    File(name, "");
-  Grey8("masks/a.png", 255);
-  fs::create_directories(folder_ / "sparse");
-  const std::vector<std::string> warnings = OpenMosaics().warnings;
-  ASSERT_EQ(warnings.size(), 3u) << Joined(warnings);
-  EXPECT_HOLDS(Joined(warnings),
-               "5 .raw files are not read (mosaic/0.raw, mosaic/1.raw, mosaic/2.raw and 2 more)");
-  EXPECT_HOLDS(Joined(warnings), "1 .HEIC file is not read (IMG_1.HEIC): convert");
-  EXPECT_HOLDS(Joined(warnings), "1 picture in rejected/ is not used (c.png)");
-}
-
-TEST_F(InputFormsTest, WhereNothingIsTakenTheErrorSaysWhatLiesThere) {
-  for (int i = 0; i < 4; ++i) File(fmt::format("photos/{}.HEIC", i), "ftypheic");
-  EXPECT_HOLDS(Complaint(), "4 .HEIC files are not read");
-  EXPECT_HOLDS(Complaint(), "JPEG");
-  fs::rename(folder_ / "photos", folder_ / "mosaic");
-  EXPECT_HOLDS(Complaint({.layout = kSony}), "4 .HEIC files are not read");
 }
 
 TEST_F(InputFormsTest, AnyThreeAnglesByFolderOrName) {
@@ -326,6 +223,18 @@ TEST_F(InputFormsTest, StokesAsNumpyArrays) {
   EXPECT_HOLDS(Complaint(), "<i8");
   File("s2/a.npy", Npy("<f8", "(6, 8, 2, 4)", std::vector<double>(400, 0.25)));
   EXPECT_HOLDS(Complaint(), "(6, 8, 2, 4)");
+  File("s2/a.npy", Npy("|u1", "(6, 8)", std::vector<std::uint8_t>(48, 9)));
+  EXPECT_HOLDS(Complaint(), "S1 and S2 have signs");
+}
+
+TEST_F(InputFormsTest, CountsAsNumpyArraysAreCounts) {
+  for (const int angle : {0, 45, 90, 135})
+    File(fmt::format("I-{}/a.npy", angle),
+         Npy("<u2", "(6, 8)", std::vector<std::uint16_t>(48, std::uint16_t(3000 + angle))));
+  const Input input = Open({.bits = 12});
+  EXPECT_EQ(input.sensor.bits, 12);
+  EXPECT_EQ(ValueOf(input, 0, 1), 3045);
+  EXPECT_EQ(ReadView(input, 0).pictures[0].bits, 16);
 }
 
 TEST_F(InputFormsTest, StokesPicturesAsTheColoursOfAPhotoAreRefusedAndSlightRingingIsNot) {
@@ -340,49 +249,6 @@ TEST_F(InputFormsTest, StokesPicturesAsTheColoursOfAPhotoAreRefusedAndSlightRing
   EXPECT_HOLDS(Complaint(), "NAME_s0.npy NAME_s1.npy NAME_s2.npy");
   File("a.npy", Npy("<f4", "(3, 30, 40)", samples));
   EXPECT_HOLDS(Complaint(), "NAME_s0.npy NAME_s1.npy NAME_s2.npy");
-}
-
-TEST_F(InputFormsTest, PicturesOfOneSetThatAreUnlikeAreNamed) {
-  for (const char* name : {"a", "b", "c"})
-    WritePng(folder_ / "mosaic" / (std::string(name) + ".png"), Image<std::uint16_t>(8, 6, 300));
-  Grey8("mosaic/d.png");
-  EXPECT_HOLDS(Complaint({.layout = kSony, .bits = 12}),
-               "3 of them have 16 bits, 1 has 8 bits (mosaic/d.png)");
-  WritePng(folder_ / "mosaic/d.png", Image<std::uint16_t>(6, 8, 300));
-  EXPECT_HOLDS(Complaint({.layout = kSony, .bits = 12}), "were turned");
-  EXPECT_HOLDS(Complaint({.layout = kSony, .bits = 12}), "1 has 6x8 pixels (mosaic/d.png)");
-  WritePng(folder_ / "mosaic/d.png", Image<std::uint16_t>(8, 4, 300));
-  const Input input = OpenInput(folder_, {.layout = kSony, .bits = 12});
-  EXPECT_HOLDS(Joined(input.warnings), "1 has 8x4 pixels (mosaic/d.png)");
-
-  fs::remove_all(folder_ / "mosaic");
-  Colour("photos/a.png");
-  Colour("photos/b.png");
-  Grey8("photos/c.png");
-  EXPECT_HOLDS(Joined(Open().warnings), "2 of them have colours, 1 has grey values (photos/c.png)");
-}
-
-TEST_F(InputFormsTest, SeveralFoldersAreOneSetAndEachMeansWhatItSays) {
-  Grey8("monday/mosaic/a.png", 10);
-  Grey8("tuesday/mosaic/a.png", 20);
-  Grey8("tuesday/mosaic/b.png", 30);
-  File("monday/set.json", R"({"sensor": {"layout": "90 45 / 135 0", "black_dn": 5}})");
-  File("tuesday/set.json", R"({"sensor": {"layout": "0 45 / 135 90"}})");
-  fs::create_directories(folder_ / "monday/sparse");
-  Progress silent;
-  const Input input = OpenInputs({folder_ / "monday", folder_ / "tuesday"}, {}, silent);
-  EXPECT_EQ(ViewNames(input), (NameList{"monday-a", "tuesday-a", "tuesday-b"}));
-  EXPECT_EQ(ValueOf(input, 1), 20);
-  EXPECT_EQ(ReadView(input, 2).name, "tuesday-b");
-  EXPECT_EQ(input.Source(0).first->sensor.black_dn, 5);
-  EXPECT_EQ(input.Source(2).first->sensor.layout, ParseLayout("0 45 / 135 90"));
-  EXPECT_EQ(input.Source(2).second, 1);
-  EXPECT_FALSE(input.known_model);
-  EXPECT_HOLDS(Joined(input.warnings), "known poses");
-  EXPECT_NE(Meaning(input), Meaning(OpenInputs({folder_ / "tuesday", folder_ / "monday"}, {}, silent)));
-
-  Colour("photos/c.png");
-  EXPECT_THROW(OpenInputs({folder_ / "monday", folder_ / "photos"}, {}, silent), Error);
 }
 
 }  // namespace

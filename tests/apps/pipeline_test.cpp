@@ -1,26 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole program on a small simulated set with known poses: what it makes, what it skips, and what it
-// keeps when it is killed. Options are chosen for speed, not for quality; the bounds are those of a coarse
-// but right reconstruction.
+// The whole program on a small simulated set with known poses: what it makes.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <chrono>
-#include <cmath>
-#include <csignal>
-#include <memory>
 #include <set>
-#include <thread>
 
 #include "core/files.h"
 #include "core/mesh.h"
 #include "core/ply.h"
 #include "core/random.h"
-#include "program.h"
-#include "report_data.h"
+#include "pipeline_scan.h"
 #include "stereo/sfm/alignment.h"
 #include "stereo/sfm/model/model.h"
 #include "toy_scan.h"
@@ -30,66 +21,6 @@ namespace fs = std::filesystem;
 namespace {
 
 using nlohmann::json;
-
-// Pictures of a textured ball with masks and poses. The ball has radius 1.
-Outcome Simulate(const fs::path& mesh, const fs::path& folder, const std::string& rings, int width,
-                 int height) {
-  WriteMesh(mesh, Ball());
-  return RunPolarscan({"simulate", "-o", folder.string(), "--mesh", mesh.string(), "--no-table", "--texture",
-                       "strong", "--samples", "1", "--masks", "--known-poses", "--rings", rings, "--width",
-                       std::to_string(width), "--height", std::to_string(height)});
-}
-
-// Few and tiny pictures: what comes out is coarse, and each test takes seconds.
-class Pipeline : public testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    suite_ = std::make_unique<TemporaryFolder>();
-    const Outcome outcome = Simulate(*suite_ / "ball.ply", Input(), "30:8", 64, 56);
-    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  }
-  static void TearDownTestSuite() { suite_.reset(); }
-
-  static fs::path Input() { return *suite_ / "input"; }
-  fs::path Folder(const std::string& name) const { return folder_ / name; }
-
-  static std::vector<std::string> Command(const fs::path& scan, const std::vector<std::string>& more = {},
-                                          const fs::path& input = Input()) {
-    std::vector<std::string> arguments = {"reconstruct", input.string(), "-o", scan.string(), "--no-filter"};
-    for (const auto& [name, value] : std::map<std::string, std::string>{{"photometric-iterations", "1"},
-                                                                        {"geometric-iterations", "1"},
-                                                                        {"window-radius", "2"},
-                                                                        {"samples", "4"},
-                                                                        {"sources", "4"},
-                                                                        {"fusion-min-views", "2"}}) {
-      if (std::find(more.begin(), more.end(), "--" + name) == more.end())
-        arguments.insert(arguments.end(), {"--" + name, value});
-    }
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return arguments;
-  }
-
-  static std::unique_ptr<TemporaryFolder> suite_;
-  TemporaryFolder folder_;
-};
-std::unique_ptr<TemporaryFolder> Pipeline::suite_;
-
-// What must be the same bytes for the same seed: maps and cloud.
-std::map<std::string, std::string> Results(const fs::path& scan) {
-  std::map<std::string, std::string> results = Contents(scan / "dense/stereo/depth_maps");
-  results.merge(Contents(scan / "dense/stereo/normal_maps"));
-  results["cloud.ply"] = ReadFile(scan / "cloud.ply");
-  return results;
-}
-
-void ExpectSameResults(const fs::path& a, const fs::path& b) {
-  const auto results_a = Results(a), results_b = Results(b);
-  ASSERT_EQ(results_a.size(), results_b.size());
-  for (const auto& [name, bytes] : results_a) {
-    ASSERT_TRUE(results_b.contains(name)) << name;
-    EXPECT_TRUE(results_b.at(name) == bytes) << name << " differs";
-  }
-}
 
 TEST_F(Pipeline, SaysWhatItDidInScanJson) {
   const fs::path scan = Folder("scan");
@@ -158,29 +89,6 @@ TEST_F(Pipeline, MakesACloudNearTheTruth) {
   EXPECT_LT(errors.at("maps").at("mean").at("normal_degrees").at("median"), 25.0);
 }
 
-TEST_F(Pipeline, ADamagedMapIsLeftOutCountedAndRepaired) {
-  const fs::path scan = Folder("scan"), other = Folder("other");
-  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
-  fs::copy(scan, other, fs::copy_options::recursive);
-  const fs::path map = scan / "dense/stereo/depth_maps/000003.png.geometric.bin";
-  fs::resize_file(map, fs::file_size(map) / 2);
-  fs::remove(scan / "cloud.ply");
-  const std::vector<std::string> fuse = {"--json", "fuse", scan.string(), "--fusion-min-views", "2"};
-  for (int times = 0; times < 2; ++times) {  // it is not done until all views are in
-    const Outcome damaged = RunPolarscan(fuse);
-    EXPECT_EQ(damaged.exit_code, kDataLost) << damaged.err;
-    EXPECT_NE(damaged.err.find(map.string()), std::string::npos) << damaged.err;
-    EXPECT_EQ(json::parse(damaged.out).at("damaged_views"), json::array({"000003"}));
-    EXPECT_EQ(json::parse(damaged.out).at("views"), 7);
-  }
-  std::vector<std::string> repair = fuse;
-  repair.push_back("--repair");
-  const Outcome repaired = RunPolarscan(repair);
-  ASSERT_EQ(repaired.exit_code, 0) << repaired.err;
-  EXPECT_EQ(json::parse(repaired.out).at("damaged"), 0);
-  ExpectSameResults(scan, other);
-}
-
 TEST_F(Pipeline, OneThreadAndTwoThreadsGiveTheSameBytes) {
   ASSERT_EQ(RunPolarscan(Command(Folder("one"), {"--threads", "1"})).exit_code, 0);
   ASSERT_EQ(RunPolarscan(Command(Folder("two"), {"--threads", "2"})).exit_code, 0);
@@ -193,267 +101,12 @@ TEST_F(Pipeline, AnotherSeedGivesOtherMaps) {
   EXPECT_FALSE(Results(Folder("a")) == Results(Folder("b")));
 }
 
-TEST_F(Pipeline, TheSameCommandAgainDoesNothingAndAChangedOptionOnlyWhatDependsOnIt) {
-  const fs::path scan = Folder("scan");
-  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
-  const auto depth_time = fs::last_write_time(scan / "dense/stereo/depth_maps/000000.png.geometric.bin");
-  const auto cloud_time = fs::last_write_time(scan / "cloud.ply");
-
-  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
-  EXPECT_EQ(fs::last_write_time(scan / "cloud.ply"), cloud_time);
-
-  ASSERT_EQ(RunPolarscan(Command(scan, {"--fusion-reprojection", "0.6"})).exit_code, 0);
-  EXPECT_EQ(fs::last_write_time(scan / "dense/stereo/depth_maps/000000.png.geometric.bin"), depth_time);
-  EXPECT_GT(fs::last_write_time(scan / "cloud.ply"), cloud_time);
-}
-
-// What a dry run says of each stage: "" if it is done, else why it would be made.
-std::map<std::string, std::string> Plan(std::vector<std::string> command) {
-  command.insert(command.end(), {"--dry-run", "--json"});
-  const Outcome outcome = RunPolarscan(command);
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  std::map<std::string, std::string> plan;
-  const json printed = json::parse(outcome.out);
-  for (const json& stage : printed.at("plan")) {
-    EXPECT_EQ(stage.at("done"), stage.at("why") == "");
-    plan[stage.at("stage")] = stage.at("why");
-  }
-  return plan;
-}
-
-std::map<std::string, std::string> AllDone() {
-  return {{"views", ""},  {"sfm", ""},  {"dense", ""}, {"stereo", ""},
-          {"fusion", ""}, {"mesh", ""}, {"report", ""}};
-}
-
-TEST_F(Pipeline, ADryRunSaysWhatWouldBeMadeAndWhyAndTouchesNothing) {
-  const fs::path scan = Folder("scan");
-  EXPECT_EQ(Plan(Command(scan)).at("views"), "it was not made yet");
-  EXPECT_FALSE(fs::exists(scan));
-  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
-  const auto before = Contents(scan);
-  EXPECT_EQ(Plan(Command(scan)), AllDone());
-
-  auto other_fusion = AllDone();
-  other_fusion["fusion"] = "fusion-reprojection: 0.8 -> 0.6";
-  other_fusion["mesh"] = other_fusion["report"] = "unless stage fusion comes out the same again";
-  EXPECT_EQ(Plan(Command(scan, {"--fusion-reprojection", "0.6"})), other_fusion);
-  auto other_views = Plan(Command(scan, {"--demosaic", "bilinear"}));
-  EXPECT_NE(other_views.at("views").find("-> \"bilinear\""), std::string::npos) << other_views.at("views");
-  EXPECT_EQ(other_views.at("stereo"), "unless stage views comes out the same again");
-  EXPECT_TRUE(before == Contents(scan));
-}
-
-TEST_F(Pipeline, WhatIsWrongWithKnownPosesShowsBeforeAnythingIsMadeAlsoInADryRun) {
-  const fs::path input = Folder("input"), images = input / "sparse/0/images.txt";
-  fs::copy(Input(), input, fs::copy_options::recursive);
-  fs::remove_all(input / "sparse");
-  fs::create_directory(input / "sparse");
-  fs::copy(Input() / "sparse", input / "sparse/0", fs::copy_options::recursive);
-  EXPECT_EQ(Plan(Command(Folder("scan"), {}, input)).at("sfm"), "it was not made yet") << "one folder down";
-
-  SparseModel model = ReadSparseModel(input / "sparse");
-  model.images.erase(std::prev(model.images.end()));
-  WriteSparseModelText(input / "sparse/0", model);
-  const Outcome without = RunPolarscan(Command(Folder("scan"), {"--dry-run"}, input));
-  EXPECT_EQ(without.exit_code, kDone);
-  EXPECT_NE(without.err.find("7 of 8 views have a known pose; the model has none for 000007"),
-            std::string::npos)
-      << without.err;
-
-  WriteFileAtomically(images, "1 1 0 0 0 a 0 3 1 000000.png\n");
-  for (const std::vector<std::string>& more : {std::vector<std::string>{"--dry-run"}, {}}) {
-    const Outcome outcome = RunPolarscan(Command(Folder("scan"), more, input));
-    EXPECT_EQ(outcome.exit_code, kFailed);
-    EXPECT_NE(outcome.err.find("line 1"), std::string::npos) << outcome.err;
-    EXPECT_FALSE(fs::exists(Folder("scan"))) << "nothing was made";
-  }
-}
-
-TEST_F(Pipeline, ADamagedFileOfTheSameSizeIsNoticedAndWhatComesOutTheSameIsNotFollowed) {
-  const fs::path scan = Folder("scan");
-  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
-  const auto before = Results(scan);
-  const auto cloud_time = fs::last_write_time(scan / "cloud.ply");
-  for (const char* name : {"views/000002.tif", "sfm/model/images.bin", "dense/masks/000001.png"}) {
-    const fs::path file = scan / name;
-    std::string bytes = ReadFile(file);
-    bytes[bytes.size() / 2] = char(bytes[bytes.size() / 2] ^ 4);
-    WriteFileAtomically(file, bytes);
-    const std::string stage = std::string(name).substr(0, std::string(name).find('/'));
-    EXPECT_EQ(Plan(Command(scan)).at(stage), std::string(name) + " is damaged or was changed");
-    const Outcome found = RunPolarscan({"check", scan.string()});
-    EXPECT_EQ(found.exit_code, kDataLost);
-    EXPECT_NE(found.err.find(name), std::string::npos) << found.err;
-    ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
-    EXPECT_EQ(Plan(Command(scan)), AllDone());
-  }
-  EXPECT_TRUE(Results(scan) == before);
-  EXPECT_EQ(fs::last_write_time(scan / "cloud.ply"), cloud_time) << "made anew though nothing had changed";
-}
-
-TEST_F(Pipeline, AnEarlierStageRemadeByHandMakesTheLaterOnesUndone) {
-  const fs::path scan = Folder("scan");
-  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
-  ASSERT_EQ(RunPolarscan({"sfm", scan.string(), "--max-image-size", "40"}).exit_code, 0);
-  const Outcome fuse = RunPolarscan({"fuse", scan.string()});
-  EXPECT_EQ(fuse.exit_code, kFailed);
-  EXPECT_NE(fuse.err.find("stage 'stereo' of this scan was made from another result of stage 'dense'"),
-            std::string::npos)
-      << fuse.err;
-}
-
-TEST_F(Pipeline, ADamagedScanJsonAndLostChecksumsCostNoResult) {
-  const fs::path scan = Folder("scan");
-  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
-  const auto before = Results(scan);
-  fs::remove(scan / "checksums.json");
-  EXPECT_EQ(RunPolarscan({"check", scan.string(), "--repair"}).exit_code, kDone) << "scan.json has digests";
-  EXPECT_FALSE(fs::exists(scan / "damaged"));
-  EXPECT_EQ(Plan(Command(scan)), AllDone());
-  fs::resize_file(scan / "scan.json", 1000);
-  const Outcome outcome = RunPolarscan(Command(scan));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_NE(outcome.err.find("kept as scan.json.damaged"), std::string::npos) << outcome.err;
-  EXPECT_TRUE(Results(scan) == before);
-}
-
-TEST_F(Pipeline, RepairMovesWhatIsDamagedAwayAndTheSameCommandMakesItAgain) {
-  const fs::path scan = Folder("scan");
-  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
-  const auto before = Results(scan);
-  fs::resize_file(scan / "cloud.ply", 100);
-  EXPECT_EQ(RunPolarscan({"check", scan.string(), "--repair"}).exit_code, kDataLost);
-  EXPECT_EQ(fs::file_size(scan / "damaged/cloud.ply"), 100u);
-  EXPECT_FALSE(fs::exists(scan / "cloud.ply"));
-  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
-  EXPECT_EQ(RunPolarscan({"check", scan.string()}).exit_code, kDone);
-  EXPECT_TRUE(Results(scan) == before);
-}
-
-TEST_F(Pipeline, TooLittleMemoryIsSaidPlainlyAndTheScanGoesOn) {
-  const fs::path scan = Folder("scan");
-  for (const char* kilobytes : {"60000", "100000"}) {  // enough to start with
-    const std::string limited = std::string("ulimit -d ") + kilobytes + " && exec \"$0\" \"$@\"";
-    std::vector<std::string> argv = {"sh", "-c", limited};
-    const std::vector<std::string> program = Polarscan(Command(scan, {"--threads", "1"}));
-    argv.insert(argv.end(), program.begin(), program.end());
-    const Outcome outcome = Process(argv).Wait(60);
-    EXPECT_EQ(outcome.exit_code, kFailed) << kilobytes << " KB";
-    EXPECT_NE(outcome.err.find("not enough memory"), std::string::npos) << outcome.err;
-  }
-  EXPECT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
-}
-
-TEST_F(Pipeline, OneStageRunsAgainWithOtherOptionsAndTheNextOneFollowsIt) {
-  const fs::path scan = Folder("scan");
-  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
-  const auto before = Results(scan);
-
-  const Outcome stereo = RunPolarscan({"stereo", scan.string(), "--no-filter", "--photometric-iterations",
-                                       "1", "--geometric-iterations", "1", "--window-radius", "3",
-                                       "--samples", "4", "--sources", "4"});
-  ASSERT_EQ(stereo.exit_code, 0) << stereo.err;
-  EXPECT_EQ(ReadJson(scan / "scan.json")["options"]["stereo"]["window-radius"], 3);
-  EXPECT_TRUE(before.at("cloud.ply") == ReadFile(scan / "cloud.ply")) << "stereo touched the cloud";
-
-  ASSERT_EQ(RunPolarscan({"fuse", scan.string(), "--fusion-min-views", "2"}).exit_code, 0);
-  EXPECT_FALSE(before.at("cloud.ply") == ReadFile(scan / "cloud.ply"));
-
-  // The first command again gives the first results again.
-  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
-  EXPECT_TRUE(Results(scan) == before);
-}
-
-TEST_F(Pipeline, AMeshOfAnEarlierCloudIsNamedAndNotInTheReport) {
-  const fs::path scan = Folder("scan");
-  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
-  EXPECT_FALSE(DataOf(ReadFile(scan / "report.html")).at("mesh").is_null());
-  const Outcome same = RunPolarscan(Command(scan, {"--no-mesh"}));
-  EXPECT_EQ(same.err.find("earlier cloud"), std::string::npos) << same.err;
-
-  const Outcome other = RunPolarscan(Command(scan, {"--no-mesh", "--fusion-min-views", "3"}));
-  ASSERT_EQ(other.exit_code, 0) << other.err;
-  EXPECT_NE(other.err.find("mesh.ply is of an earlier cloud"), std::string::npos) << other.err;
-  const json data = DataOf(ReadFile(scan / "report.html"));
-  EXPECT_TRUE(data.at("mesh").is_null());
-  EXPECT_NE(data.at("notes").dump().find("earlier cloud"), std::string::npos);
-  const Outcome check = RunPolarscan({"check", scan.string()});
-  EXPECT_EQ(check.exit_code, kDone) << check.err;
-  EXPECT_NE(check.err.find("mesh: out of date"), std::string::npos) << check.err;
-}
-
-TEST_F(Pipeline, SeveralFoldersMakeOneScanInAnyOrder) {
-  const fs::path other = Folder("other"), scan = Folder("scan");
-  fs::copy(Input(), other, fs::copy_options::recursive);
-  const auto run = [&](const fs::path& a, const fs::path& b) {  // without COLMAP: the views are what matters
-    return RunPolarscan({"reconstruct", a.string(), b.string(), "-o", scan.string()}, {{"PATH", "/nowhere"}});
-  };
-  run(Input(), other);
-  const Outcome turned = run(other, Input());
-  EXPECT_NE(turned.err.find("views    done before"), std::string::npos) << turned.err;
-}
-
 TEST_F(Pipeline, AStageOfAFolderThatIsNoScanIsRefused) {
   for (const char* stage : {"sfm", "stereo", "fuse", "mesh"}) {
     const Outcome outcome = RunPolarscan({stage, Input().string()});
     EXPECT_EQ(outcome.exit_code, 1) << stage;
     EXPECT_NE(outcome.err.find("polarscan reconstruct"), std::string::npos) << outcome.err;
   }
-}
-
-TEST_F(Pipeline, ALostResultIsMadeAgain) {
-  const fs::path scan = Folder("scan");
-  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
-  const auto before = Results(scan);
-  fs::remove(scan / "dense/stereo/depth_maps/001.png.geometric.bin");
-  fs::resize_file(scan / "cloud.ply", 100);
-  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
-  EXPECT_TRUE(Results(scan) == before);
-}
-
-TEST_F(Pipeline, KilledAtAnyMomentItGoesOnToTheSameBytes) {
-  const auto begin = std::chrono::steady_clock::now();
-  ASSERT_EQ(RunPolarscan(Command(Folder("whole"))).exit_code, 0);
-  const auto whole = std::chrono::steady_clock::now() - begin;
-
-  const fs::path scan = Folder("killed");
-  for (const double share : {0.1, 0.3, 0.5, 0.7}) {  // of the time that the rest may take
-    Process process(Polarscan(Command(scan)));
-    std::this_thread::sleep_for(whole * share);
-    process.Signal(SIGKILL);
-    process.Wait();
-  }
-  const Outcome outcome = RunPolarscan(Command(scan));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  ExpectSameResults(Folder("whole"), scan);
-}
-
-TEST_F(Pipeline, CtrlCStopsWithinASecondAndSaysHowToGoOn) {
-  const fs::path scan = Folder("scan");
-  Process process(Polarscan(Command(scan, {"--photometric-iterations", "50"})));
-  while (process.Running() && !fs::exists(scan / "dense/views.json"))
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));  // into stereo
-  ASSERT_TRUE(process.Running());
-  const auto begin = std::chrono::steady_clock::now();
-  process.Signal(SIGINT);
-  const Outcome outcome = process.Wait(20);
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  EXPECT_EQ(outcome.exit_code, 1);
-  EXPECT_LT(seconds, 2.0);  // a second by itself, twice that on a busy machine
-  EXPECT_NE(outcome.err.find("same command again"), std::string::npos) << outcome.err;
-  EXPECT_EQ(ReadJson(scan / "scan.json")["stages"]["stereo"]["state"], "running");
-}
-
-TEST_F(Pipeline, TwoProgramsDoNotWorkOnOneScan) {
-  const fs::path scan = Folder("scan");
-  Process first(Polarscan(Command(scan, {"--photometric-iterations", "50"})));
-  while (first.Running() && !fs::exists(scan / "scan.json"))
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  const Outcome second = RunPolarscan(Command(scan));
-  EXPECT_EQ(second.exit_code, 1);
-  EXPECT_NE(second.err.find(scan.string()), std::string::npos) << second.err;
 }
 
 TEST_F(Pipeline, PhotosWithoutPolarizationReconstructAndTheMessageSaysSo) {
@@ -522,68 +175,6 @@ TEST_F(Pipeline, AConfigurationFileSetsOptionsAndTheCommandLineGoesBeforeIt) {
 
   WriteFileAtomically(config, "[reconstruct]\nsigma-colour = 0.3\n");
   EXPECT_EQ(RunPolarscan(Command(Folder("other"), {"--config", config.string()})).exit_code, 2);
-}
-
-TEST_F(Pipeline, AScanMovedTogetherWithItsInputGoesOn) {
-  fs::create_directory(Folder("before"));
-  fs::copy(Input(), Folder("before/input"), fs::copy_options::recursive);
-  ASSERT_EQ(RunPolarscan(Command(Folder("before/scan"), {}, Folder("before/input"))).exit_code, 0);
-  const auto before = Results(Folder("before/scan"));
-  fs::rename(Folder("before"), Folder("after"));
-  const Outcome outcome = RunPolarscan(Command(Folder("after/scan"), {}, Folder("after/input")));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_NE(outcome.err.find("stereo   done before"), std::string::npos) << outcome.err;
-  EXPECT_TRUE(Results(Folder("after/scan")) == before);
-  EXPECT_EQ(ReadJson(Folder("after/scan/scan.json"))["input"], Folder("after/input").string());
-  EXPECT_EQ(RunPolarscan({"sfm", Folder("after/scan").string()}).exit_code, 0) << "poses by their old path";
-}
-
-TEST_F(Pipeline, AScanCopiedTogetherWithItsInputGoesOnWhileTheOriginalIsThere) {
-  fs::create_directories(Folder("first"));
-  fs::copy(Input(), Folder("first/pictures"), fs::copy_options::recursive);
-  const auto command = [&](const char* where) {
-    std::vector<std::string> words = Command(Folder(where) / "scan");
-    words[1] = (Folder(where) / "pictures").string();
-    return words;
-  };
-  ASSERT_EQ(RunPolarscan(command("first")).exit_code, 0);
-  fs::copy(Folder("first"), Folder("second"), fs::copy_options::recursive);
-  const Outcome copy = RunPolarscan(command("second"));
-  EXPECT_EQ(copy.exit_code, 0) << copy.err;
-  std::vector<std::string> mixed = command("second");
-  mixed[1] = (Folder("first") / "pictures").string();
-  EXPECT_NE(RunPolarscan(mixed).err.find("a scan of another input"), std::string::npos);
-}
-
-// A wrong option costs no result, and what is of earlier maps says so.
-TEST_F(Pipeline, AFailedStageLosesNothingAndWhatIsOutOfDateIsNamedEverywhere) {
-  const fs::path scan = Folder("scan");
-  ASSERT_EQ(RunPolarscan(Command(scan)).exit_code, 0);
-  const auto says = [](const Outcome& outcome, const std::string& words) {
-    EXPECT_NE(outcome.err.find(words), std::string::npos) << words << "\n" << outcome.err;
-  };
-  EXPECT_EQ(RunPolarscan({"stereo", scan.string(), "--views", "cup*"}).exit_code, kFailed);
-  EXPECT_EQ(RunPolarscan({"fuse", scan.string(), "--fusion-maps", "photometric"}).exit_code, kFailed);
-  const Outcome whole = RunPolarscan({"check", scan.string()});
-  EXPECT_EQ(whole.err.find("out of date"), std::string::npos) << whole.err;
-  says(RunPolarscan(Command(scan)), "fusion   done before");
-  {
-    const Descriptor other = LockFolder(scan, "scan");
-    EXPECT_EQ(RunPolarscan({"check", scan.string()}).exit_code, kDone) << "it only looks";
-  }
-  const std::string truth = (Input() / "truth").string();
-  ASSERT_EQ(RunPolarscan({"evaluate", scan.string(), "--truth", truth}).exit_code, kDone);
-  ASSERT_EQ(
-      RunPolarscan({"stereo", scan.string(), "--preset", "fast", "--window-radius", "3", "--samples", "4"})
-          .exit_code,
-      kDone);
-  says(RunPolarscan({"check", scan.string()}),
-       "fusion: out of date, it is of an earlier result of stage stereo");
-  ASSERT_EQ(RunPolarscan({"report", scan.string()}).exit_code, kDone);
-  const std::string notes = DataOf(ReadFile(scan / "report.html")).at("notes").dump();
-  EXPECT_NE(notes.find("The cloud is not of these maps"), std::string::npos) << notes;
-  EXPECT_NE(notes.find("The evaluation is of earlier maps"), std::string::npos) << notes;
-  says(RunPolarscan({"evaluate", scan.string(), "--truth", truth}), "the cloud is out of date");
 }
 
 TEST_F(Pipeline, APresetIsTakenWholeAndWhatElseIsGivenGoesOnTop) {

@@ -9,6 +9,8 @@
 
 namespace polarscan::test {
 
+using Words = std::vector<std::string>;
+
 // A new empty folder that disappears with the object.
 class TemporaryFolder {
  public:

@@ -131,8 +131,8 @@ void WriteToyScan(const std::filesystem::path& folder, int views, int width, int
     const Maps maps = Render(workspace.views[std::size_t(i)], cloud);
     WritePng(workspace.PicturePath(i), maps.picture);
     WriteStokes(workspace.StokesPath(i), maps.stokes);
-    WriteDepthMap(workspace.DepthPath(i, "geometric"), maps.depth);
-    WriteNormalMap(workspace.NormalPath(i, "geometric"), maps.normal);
+    WriteDepthMap(workspace.DepthPath(i, kFinalMaps), maps.depth);
+    WriteNormalMap(workspace.NormalPath(i, kFinalMaps), maps.normal);
   }
   WriteWorkspace(workspace);
   WriteCloud(folder / "cloud.ply", cloud);

@@ -98,6 +98,7 @@ class Commands(unittest.TestCase):
 
     def test_options_named_in_a_sentence_exist(self):
         everything = "".join(help_of(path) for path in self.all_commands(()))
+        everything += "".join(script.read_text() for script in (ROOT / "tools").glob("*.py"))
         options = set(re.findall(r"--[a-z][\w-]*", everything))
         for page in sorted((ROOT / "docs").glob("*.md")):
             if page.name in ("colmap.md", "install.md", "evaluate.md", "results.md", "performance.md", "cluster.md"):

@@ -10,7 +10,7 @@
 #include "fusion/cloud/cloud.h"
 #include "fusion/cloud/fuse.h"
 #include "pipeline/meshing.h"
-#include "pipeline/stereo/surface_maps.h"
+#include "pipeline/stereo/stereo.h"
 #include "tests/fusion/sphere_scene.h"
 
 namespace polarscan {
@@ -148,10 +148,10 @@ TEST(EachOption, OfFusionChangesTheCloud) {
   };
   TemporaryFolder folder;
   const Workspace workspace = LitSphere(folder.path(), 9, 80, 60);
-  for (const char* kind : {"geometric", "photometric"})
+  for (const MapKind& kind : kResults)
     for (int view = 0; view < int(workspace.views.size()); ++view) {
       SphereMaps maps = ExactSphereMaps(workspace.views[std::size_t(view)]);
-      Random random(9, std::uint64_t(view), kind == std::string("geometric"));
+      Random random(9, std::uint64_t(view), kind == kFinalMaps);
       for (std::size_t i = 0; i < maps.depth.size(); ++i) {
         float& depth = maps.depth.pixels()[i];
         if (depth <= 0) depth = 5, maps.normal.pixels()[i] = {0, 0, -1};  // outside of the masks

@@ -7,10 +7,11 @@
 #include <algorithm>
 
 #include "core/random.h"
-#include "fusion/mesh_views.h"
+#include "fusion/surface/mesh_views.h"
 #include "fusion/surface/normal_fit.h"
 #include "fusion/surface/photometric.h"
 #include "fusion/surface/silhouettes.h"
+#include "pipeline/workspace_views.h"
 #include "tests/fusion/icosphere.h"
 #include "tests/fusion/sphere_scene.h"
 
@@ -87,8 +88,8 @@ Errors Compare(const TriangleMesh& mesh) {
 TriangleMesh Refine(const TriangleMesh& mesh, const Workspace& workspace, const RefineOptions& options = {}) {
   Progress progress;
   RefineCounts counts;
-  return RefineMesh(mesh, std::vector<bool>(mesh.vertices.size(), false), workspace, options, counts,
-                    progress);
+  return RefineMesh(mesh, std::vector<bool>(mesh.vertices.size(), false), ViewsOfWorkspace(workspace),
+                    options, counts, progress);
 }
 
 // A square grid in the plane z = 0, facing +z, 21 x 21 vertices 0.1 apart.
@@ -156,7 +157,7 @@ TEST(Silhouette, MasksThatAreAllTooWideHardlyInflateTheMesh) {
   const TriangleMesh sphere = Icosphere(5);
   Progress progress;
   std::vector<double> moves;
-  for (const Pull& pull : Silhouettes(workspace, 6).Pulls(sphere, progress))
+  for (const Pull& pull : Silhouettes(ViewsOfWorkspace(workspace), 6).Pulls(sphere, progress))
     if (pull.weight > 0) moves.push_back(pull.move);
   ASSERT_GT(moves.size(), 500u);
   std::nth_element(moves.begin(), moves.begin() + std::ptrdiff_t(moves.size() / 2), moves.end());
@@ -168,14 +169,14 @@ TEST(Silhouette, PointsBesideTheMasksAreOutsideAndThoseThatNoPictureShowsWhereMa
   const Workspace workspace = PolarSphere(folder.path(), 0);
   Progress progress;
   const std::vector<Eigen::Vector3d> points{{0, 0, 0}, {0, 0, 0.99}, {1.1, 0, 0}, {0, 0, -1.1}, {0, 9, 0}};
-  EXPECT_EQ(OutsideOfMasks(points, workspace, 2, progress),
+  EXPECT_EQ(OutsideOfMasks(points, ViewsOfWorkspace(workspace), 2, progress),
             (std::vector<bool>{false, false, true, true, true}));
   for (int i = 0; i < int(workspace.views.size()); ++i) {  // now the object may go on beside the pictures
     Image<std::uint8_t> mask = ReadViewMask(workspace, i);
     mask(0, 0) = 255;
     WritePng(workspace.MaskPath(i), mask);
   }
-  EXPECT_EQ(OutsideOfMasks(points, workspace, 2, progress),
+  EXPECT_EQ(OutsideOfMasks(points, ViewsOfWorkspace(workspace), 2, progress),
             (std::vector<bool>{false, false, true, true, false}));
 }
 
@@ -200,16 +201,16 @@ TEST(VertexConstraints, TheStrongestOfMoreThanThereIsRoomForAreKept) {
   }
 }
 
-SurfaceLooks LooksOf(const TriangleMesh& mesh, const Workspace& workspace) {
+SurfaceAppearance AppearanceOf(const TriangleMesh& mesh, const Workspace& workspace) {
   Progress progress;
-  SurfaceLooks looks{VisibleVertices(mesh, workspace, progress), {}};
+  SurfaceAppearance appearance{VisibleVertices(mesh, workspace.views, progress), {}};
   for (int i = 0; i < int(workspace.views.size()); ++i) {
     const Image<float> s0 = ReadViewLight(workspace, i).s0;
     Image<std::uint16_t> gray(s0.width(), s0.height());
     for (std::size_t k = 0; k < s0.size(); ++k) gray.pixels()[k] = std::uint16_t(65535 * s0.pixels()[k]);
-    looks.grays.push_back(std::move(gray));
+    appearance.grays.push_back(std::move(gray));
   }
-  return looks;
+  return appearance;
 }
 
 TEST(Photometric, ASphereTooLargeOrTooSmallIsPulledToWhereItsTextureAgrees) {
@@ -220,7 +221,8 @@ TEST(Photometric, ASphereTooLargeOrTooSmallIsPulledToWhereItsTextureAgrees) {
     for (Eigen::Vector3d& v : sphere.vertices) v *= 1 + wrong;
     const VertexNeighbours neighbours(sphere.vertices.size(), sphere.triangles);
     Progress progress;
-    const auto pulls = PhotometricPulls(sphere, neighbours, workspace, LooksOf(sphere, workspace), progress);
+    const auto pulls =
+        PhotometricPulls(sphere, neighbours, workspace.views, AppearanceOf(sphere, workspace), progress);
     ASSERT_EQ(pulls.size(), sphere.vertices.size());
     double seen = 0, pulled = 0, off = 0;
     for (std::size_t i = 0; i < pulls.size(); ++i) {
@@ -241,7 +243,7 @@ TEST(Photometric, WhatHasNoTextureIsNotPulled) {
   const VertexNeighbours neighbours(sphere.vertices.size(), sphere.triangles);
   Progress progress;
   for (const Pull& pull :
-       PhotometricPulls(sphere, neighbours, workspace, LooksOf(sphere, workspace), progress))
+       PhotometricPulls(sphere, neighbours, workspace.views, AppearanceOf(sphere, workspace), progress))
     ASSERT_EQ(pull.weight, 0);
 }
 
@@ -288,8 +290,8 @@ TEST(Refinement, OutlinesAloneStraightenABuckledSphereAndSmoothADentedOne) {
   EXPECT_LT(after.distance, before.distance);
   RefineOptions nothing;
   nothing.masks = false;
-  EXPECT_FALSE(CanRefine(workspace, nothing));
-  EXPECT_TRUE(CanRefine(workspace, {}));
+  EXPECT_FALSE(CanRefine(ViewsOfWorkspace(workspace), nothing));
+  EXPECT_TRUE(CanRefine(ViewsOfWorkspace(workspace), {}));
 }
 
 TEST(Refinement, LeavesAnExactSphereWhereItIs) {

@@ -98,7 +98,7 @@ constexpr float kSphereDop = 0.3f;
 // way.
 inline void WriteSphere(
     const Workspace& workspace, const std::function<void(int, SphereMaps&)>& change = [](int, SphereMaps&) {},
-    const std::string& kind = "geometric") {
+    const MapKind& kind = kFinalMaps) {
   WriteWorkspace(workspace);
   for (int i = 0; i < int(workspace.views.size()); ++i) {
     const DenseView& view = workspace.views[std::size_t(i)];

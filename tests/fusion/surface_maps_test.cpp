@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/stereo/surface_maps.h"
+#include "pipeline/stereo/stereo.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -55,7 +55,7 @@ class SurfaceMaps : public testing::Test {
     std::size_t pixels = 0;
   };
   // Means over the pixels of all views whose ray meets the sphere by more than a twentieth of its radius.
-  Errors Compare(const std::string& kind) const {
+  Errors Compare(const MapKind& kind) const {
     Errors errors;
     for (int i = 0; i < int(workspace_.views.size()); ++i) {
       const SphereMaps truth = ExactSphereMaps(workspace_.views[std::size_t(i)]);

@@ -97,7 +97,7 @@ class Sphere : public testing::Test {
     double median_depth = 0, median_normal_deg = 0, estimated = 0;
   };
   // Over the pixels of all views, a missing one counted as 1 and 90 degrees.
-  Errors Compare(const std::string& kind = "geometric") const {
+  Errors Compare(const MapKind& kind = kFinalMaps) const {
     std::vector<double> depths, normals;
     double estimated = 0;
     for (int i = 0; i < kViews; ++i) {
@@ -137,8 +137,7 @@ class Sphere : public testing::Test {
   std::string AllBytes() const {
     std::string bytes;
     for (int i = 0; i < kViews; ++i)
-      bytes +=
-          ReadFile(workspace_.DepthPath(i, "geometric")) + ReadFile(workspace_.NormalPath(i, "geometric"));
+      bytes += ReadFile(workspace_.DepthPath(i, kFinalMaps)) + ReadFile(workspace_.NormalPath(i, kFinalMaps));
     return bytes;
   }
 
@@ -149,7 +148,7 @@ class Sphere : public testing::Test {
 
 TEST_F(Sphere, DefaultPresetFindsDepthAndNormalsOfATexturedSphere) {
   Write(true);
-  EstimateDepths(folder_, Quick("default"), progress_);
+  EstimateMaps(folder_, Quick("default"), progress_);
   const Errors errors = Compare();
   EXPECT_LT(errors.median_depth, 3.0 / 130);  // one pixel's width on the sphere
   EXPECT_LT(errors.median_normal_deg, 6);
@@ -158,10 +157,10 @@ TEST_F(Sphere, DefaultPresetFindsDepthAndNormalsOfATexturedSphere) {
 TEST_F(Sphere, PolarizationGivesTheNormalsThatTextureDoesNot) {
   Write(false);
   StereoOptions options = Quick("default");
-  EstimateDepths(folder_, options, progress_);
+  EstimateMaps(folder_, options, progress_);
   const Errors with = Compare();
   options.polarization = false;
-  EstimateDepths(folder_, options, progress_);
+  EstimateMaps(folder_, options, progress_);
   EXPECT_LT(with.median_normal_deg, 0.5 * Compare().median_normal_deg);
 }
 
@@ -169,7 +168,7 @@ TEST_F(Sphere, PaperPresetWithoutItsTermsIsPlainPatchMatchAndWorksOnTexture) {
   Write(true);
   StereoOptions options = Quick("paper");
   options.polarization = options.depth_normal = false;
-  EstimateDepths(folder_, options, progress_);
+  EstimateMaps(folder_, options, progress_);
   EXPECT_LT(Compare().median_depth, 0.02);
 }
 
@@ -179,7 +178,7 @@ TEST_F(Sphere, OneAndTwoThreadsGiveTheSameBytes) {
   for (int threads : {1, 2}) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(threads));
     fs::remove_all(folder_ / "stereo");
-    EstimateDepths(folder_, Quick("default"), progress_);
+    EstimateMaps(folder_, Quick("default"), progress_);
     bytes[threads - 1] = AllBytes();
   }
   EXPECT_TRUE(bytes[0] == bytes[1]);
@@ -189,11 +188,11 @@ TEST_F(Sphere, FilterKeepsMostOfATexturedSphereAndDropsPixelsWithoutAnyCue) {
   Write(true);
   StereoOptions options = Quick("default");
   options.filter = true;
-  EstimateDepths(folder_, options, progress_);
+  EstimateMaps(folder_, options, progress_);
   EXPECT_GT(Compare().estimated, 0.65);
   options.filter_min_dop = 1;
   options.filter_min_variance = 65025;
-  EstimateDepths(folder_, options, progress_);
+  EstimateMaps(folder_, options, progress_);
   EXPECT_EQ(Compare().estimated, 0);
 }
 
@@ -230,7 +229,7 @@ TEST_F(Sphere, PhotographsWithoutMasksMustMatchThoughAllViewsAgree) {
 
 TEST_F(Sphere, GoesOnAfterACancelAndRepairsADamagedMap) {
   Write(true);
-  EstimateDepths(folder_, Quick("default"), progress_);
+  EstimateMaps(folder_, Quick("default"), progress_);
   const std::string undisturbed = AllBytes();
   fs::remove_all(folder_ / "stereo");
   struct StopAtThirdView : Progress {
@@ -239,17 +238,17 @@ TEST_F(Sphere, GoesOnAfterACancelAndRepairsADamagedMap) {
     }
     int views = 0;
   } stop;
-  EXPECT_THROW(EstimateDepths(folder_, Quick("default"), stop), Cancelled);
-  EXPECT_TRUE(fs::exists(workspace_.DepthPath(2, "step0")));
-  EXPECT_FALSE(fs::exists(workspace_.DepthPath(4, "step0")));
-  std::ofstream(workspace_.DepthPath(1, "step0"), std::ios::trunc) << "damage";
-  std::ofstream(workspace_.NormalPath(1, "step77")) << "of other options, killed";
-  EstimateDepths(folder_, Quick("default"), progress_);
+  EXPECT_THROW(EstimateMaps(folder_, Quick("default"), stop), Cancelled);
+  EXPECT_TRUE(fs::exists(workspace_.DepthPath(2, MapKind{MapStage::kStep, 0})));
+  EXPECT_FALSE(fs::exists(workspace_.DepthPath(4, MapKind{MapStage::kStep, 0})));
+  std::ofstream(workspace_.DepthPath(1, MapKind{MapStage::kStep, 0}), std::ios::trunc) << "damage";
+  std::ofstream(workspace_.NormalPath(1, MapKind{MapStage::kStep, 77})) << "of other options, killed";
+  EstimateMaps(folder_, Quick("default"), progress_);
   EXPECT_TRUE(AllBytes() == undisturbed);
-  EXPECT_FALSE(fs::exists(workspace_.DepthPath(1, "step0"))) << "left over";
-  EXPECT_FALSE(fs::exists(workspace_.NormalPath(1, "step77"))) << "left over";
-  std::ofstream(workspace_.NormalPath(1, "geometric"), std::ios::trunc) << "damage";
-  EstimateDepths(folder_, Quick("default"), progress_);
+  EXPECT_FALSE(fs::exists(workspace_.DepthPath(1, MapKind{MapStage::kStep, 0}))) << "left over";
+  EXPECT_FALSE(fs::exists(workspace_.NormalPath(1, MapKind{MapStage::kStep, 77}))) << "left over";
+  std::ofstream(workspace_.NormalPath(1, kFinalMaps), std::ios::trunc) << "damage";
+  EstimateMaps(folder_, Quick("default"), progress_);
   EXPECT_TRUE(AllBytes() == undisturbed);
 }
 
@@ -277,20 +276,20 @@ TEST_F(Sphere, VisualHullOfItsSilhouettesContainsTheSurface) {
 TEST_F(Sphere, ShardsMakeTheSameBytesAsOneProgram) {
   for (const char* preset : {"default", "paper"}) {
     Write(true);
-    EstimateDepths(folder_, Quick(preset), progress_);
+    EstimateMaps(folder_, Quick(preset), progress_);
     const std::string alone = AllBytes();
     fs::remove_all(folder_ / "stereo");
     std::vector<std::jthread> shards;
     for (int i : {1, 0, 2})
       shards.emplace_back([&, i] {
         Progress progress;
-        EstimateDepths(folder_, Quick(preset), progress, {i, 3, 60});
+        EstimateMaps(folder_, Quick(preset), progress, {i, 3, 60});
       });
     shards.clear();
     EXPECT_TRUE(AllBytes() == alone) << preset;
-    const auto made = fs::last_write_time(workspace_.DepthPath(0, "geometric"));
-    EstimateDepths(folder_, Quick(preset), progress_);  // finds everything done
-    EXPECT_EQ(fs::last_write_time(workspace_.DepthPath(0, "geometric")), made);
+    const auto made = fs::last_write_time(workspace_.DepthPath(0, kFinalMaps));
+    EstimateMaps(folder_, Quick(preset), progress_);  // finds everything done
+    EXPECT_EQ(fs::last_write_time(workspace_.DepthPath(0, kFinalMaps)), made);
     EXPECT_TRUE(AllBytes() == alone) << preset;
   }
 }
@@ -298,7 +297,7 @@ TEST_F(Sphere, ShardsMakeTheSameBytesAsOneProgram) {
 TEST_F(Sphere, AShardWithoutTheOthersSaysWhatIsMissing) {
   Write(true);
   try {
-    EstimateDepths(folder_, Quick("fast"), progress_, {0, 2, 0.3});
+    EstimateMaps(folder_, Quick("fast"), progress_, {0, 2, 0.3});
     FAIL() << "no error";
   } catch (const Error& e) {
     EXPECT_NE(std::string(e.what()).find("Start all shards"), std::string::npos) << e.what();
@@ -310,7 +309,7 @@ TEST_F(Sphere, AViewWithoutSourcesIsNamed) {
   workspace_.views[3].sources.clear();
   WriteWorkspace(workspace_);
   try {
-    EstimateDepths(folder_, Quick("default"), progress_);
+    EstimateMaps(folder_, Quick("default"), progress_);
     FAIL() << "no error";
   } catch (const Error& e) {
     EXPECT_NE(std::string(e.what()).find("v3"), std::string::npos) << e.what();

@@ -40,8 +40,8 @@ void WriteExactMaps(const Workspace& workspace) {
         const Eigen::Vector3d ray = view.cam_from_world.rotation.transpose() * camera.Ray(x + 0.5, y + 0.5);
         depth(x, y) = float((kOffset - kNormal.dot(centre)) / kNormal.dot(ray));
       }
-    WriteDepthMap(workspace.DepthPath(i, "geometric"), depth);
-    WriteNormalMap(workspace.NormalPath(i, "geometric"), normal);
+    WriteDepthMap(workspace.DepthPath(i, kFinalMaps), depth);
+    WriteNormalMap(workspace.NormalPath(i, kFinalMaps), normal);
     WritePng(workspace.PicturePath(i), Image<std::uint8_t>(camera.width, camera.height, 128));
   }
 }

@@ -1,118 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The V4L2 backend on a real kernel with an imaginary camera (vivid). Runs in a virtual machine: see boot.
-#include <gtest/gtest.h>
-#include <sys/ioctl.h>
+// The V4L2 backend on a real kernel with an imaginary camera (vivid): pictures and settings. Runs in a
+// virtual machine: see boot.
+#include "guest.h"
 
-#include <chrono>
 #include <cstring>
 #include <filesystem>
 #include <set>
 
-#include "acquisition/camera/v4l2_camera.h"
-#include "vivid.h"
-
 namespace polarscan::test {
-namespace {
-
-namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
-
-constexpr char kWebcam[] = "n_devs=1 node_types=0x1";
-constexpr char kManyPlanes[] = "n_devs=1 node_types=0x1 multiplanar=2";
-constexpr char kHdmiCable[] =
-    "n_devs=1 node_types=0x101 num_inputs=1 input_types=3 num_outputs=1 output_types=1";
-
-// Keeps what the camera says.
-class Messages : public Progress {
- public:
-  void Warn(const std::string& message) override { text += message + "\n"; }
-  void Info(const std::string& message) override { text += message + "\n"; }
-  std::string text;
-};
-
-class V4l2 : public testing::Test {
- protected:
-  // Whatever failed before in here, the driver can go only when nothing of it is in use.
-  void TearDown() override {
-    camera_.reset();
-    EXPECT_TRUE(UnloadVivid()) << "the camera left something open";
-  }
-
-  // A small webcam that is quick to simulate.
-  void OpenWebcam() {
-    LoadVivid(kWebcam);
-    camera_ = OpenV4l2Camera(kCapture);
-    camera_->Set("width", "320");
-    camera_->Set("height", "180");
-    camera_->Set("fps", "25");
-  }
-  void StartWebcam() {
-    OpenWebcam();
-    camera_->Start(messages_);
-    Expect(Delivery::kFrame);
-  }
-
-  // The first thing that comes. Nothing here counts on a pace: the machine is slow, and slower beside others.
-  Delivery Next(double limit_s = 20) {
-    const auto end = Clock::now() + std::chrono::duration<double>(limit_s);
-    Delivery delivery = Delivery::kNothing;
-    while (delivery == Delivery::kNothing && Clock::now() < end)
-      delivery = camera_->Next(frame_, std::chrono::milliseconds(100));
-    return delivery;
-  }
-  void Expect(Delivery delivery) {
-    ASSERT_EQ(int(Next()), int(delivery)) << frame_.info.name << messages_.text;
-  }
-  // The camera lets go of the device and does not look for it at once.
-  void ExpectLoss() {
-    EXPECT_EQ(int(camera_->Next(frame_, std::chrono::milliseconds(100))), int(Delivery::kNothing));
-    EXPECT_TRUE(Said("the camera is gone (No such device); looking for it")) << messages_.text;
-    EXPECT_EQ(camera_->info().vendor, "vivid");
-    EXPECT_NE(ErrorOf([&] { camera_->features(); }).find("the camera does not answer"), std::string::npos);
-  }
-  // Looking for it fails, and it says why.
-  void ExpectVainSearch(const std::string& words) {
-    const auto end = Clock::now() + std::chrono::seconds(20);
-    while (!Said(words) && Clock::now() < end) ASSERT_EQ(int(Next(0.1)), int(Delivery::kNothing));
-    EXPECT_TRUE(Said(words)) << messages_.text;
-  }
-  // The camera comes back by itself, and its frames are numbered on.
-  void ExpectRestart(std::uint64_t frames_before) {
-    Delivery delivery = Next();
-    for (; delivery == Delivery::kFrame; delivery = Next()) frames_before = frame_.info.sequence + 1;
-    ASSERT_EQ(int(delivery), int(Delivery::kRestarted)) << messages_.text;
-    EXPECT_EQ(frame_.info.sequence, frames_before);
-    EXPECT_NE(frame_.info.name.find("camera gone for"), std::string::npos) << frame_.info.name;
-    EXPECT_TRUE(Said("the camera is back after")) << messages_.text;
-    Expect(Delivery::kFrame);
-    EXPECT_EQ(frame_.info.sequence, frames_before);
-    EXPECT_EQ(frame_.info.width, 320);
-    EXPECT_EQ(frame_.info.height, 180);
-    EXPECT_EQ(frame_.payload.size(), 2u * 320 * 180);
-  }
-  bool Said(const std::string& words) const { return messages_.text.find(words) != std::string::npos; }
-
-  // What the camera says when it throws; empty if it does not.
-  template <class F>
-  static std::string ErrorOf(F act) {
-    try {
-      act();
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "";
-  }
-  std::string StartError() {
-    return ErrorOf([&] { camera_->Start(messages_); });
-  }
-
-  void ExpectExactPictures(std::uint32_t code, const std::string& name, int width, int height, int rate,
-                           int count);
-
-  std::unique_ptr<Camera> camera_;
-  Messages messages_;
-  Frame frame_;
-};
 
 // Sends random pictures through the cable; each that arrives must be one of them.
 void V4l2::ExpectExactPictures(std::uint32_t code, const std::string& name, int width, int height, int rate,
@@ -140,6 +35,10 @@ void V4l2::ExpectExactPictures(std::uint32_t code, const std::string& name, int 
     seen.insert(n);
   }
 }
+
+namespace {
+
+namespace fs = std::filesystem;
 
 TEST_F(V4l2, Mono8ArrivesByteForByte) { ExpectExactPictures(V4L2_PIX_FMT_GREY, "Mono8", 640, 480, 40, 10); }
 TEST_F(V4l2, Mono10ArrivesByteForByte) { ExpectExactPictures(V4L2_PIX_FMT_Y10, "Mono10", 640, 480, 40, 10); }
@@ -271,123 +170,6 @@ TEST_F(V4l2, MirroredPicturesAreRefused) {
   Expect(Delivery::kFrame);
 }
 
-TEST_F(V4l2, ARefusedStartCanBeTriedAgain) {
-  OpenWebcam();
-  const std::pair<const char*, const char*> faults[] = {
-      {"Inject VIDIOC_REQBUFS Error", "the camera gives no buffers (Invalid argument): /dev/video0"},
-      {"Inject VIDIOC_QBUF Error", "the camera takes no buffers (Invalid argument): /dev/video0"},
-      {"Inject VIDIOC_STREAMON Error", "the camera does not start (Invalid argument): /dev/video0"}};
-  for (const auto& [fault, words] : faults) {
-    SetControl(kCapture, fault);
-    EXPECT_EQ(StartError(), words);
-    camera_->Set("pixel-format", "Mono8");  // possible only if all buffers are given back
-    camera_->Set("pixel-format", "Mono12");
-  }
-  EXPECT_EQ(StartError(), "");
-  Expect(Delivery::kFrame);
-}
-
-TEST_F(V4l2, ABufferThatIsNotTakenRestartsTheStream) {
-  StartWebcam();
-  SetControl(kCapture, "Inject VIDIOC_QBUF Error");
-  ExpectRestart(frame_.info.sequence + 1);
-}
-
-TEST_F(V4l2, ABrokenFrameIsDamagedAndTheOthersGoOn) {
-  StartWebcam();
-  SetControl(kCapture, "Inject V4L2_BUF_FLAG_ERROR");
-  std::uint64_t last = frame_.info.sequence;
-  int damaged = 0;
-  for (int i = 0; i < 20; ++i) {
-    const Delivery delivery = Next();
-    EXPECT_GT(frame_.info.sequence, last);
-    last = frame_.info.sequence;
-    if (delivery == Delivery::kFrame) continue;
-    ASSERT_EQ(int(delivery), int(Delivery::kDamaged));
-    EXPECT_EQ(frame_.info.name, "marked as damaged by the driver");
-    ++damaged;
-  }
-  EXPECT_EQ(damaged, 1);
-}
-
-TEST_F(V4l2, DroppedFramesAreGapsInTheNumbers) {
-  OpenWebcam();
-  camera_->Set("percentage_of_dropped_buffers", "50");
-  camera_->Start(messages_);
-  Expect(Delivery::kFrame);
-  const std::uint64_t first = frame_.info.sequence;
-  for (int i = 0; i < 20; ++i) ASSERT_NO_FATAL_FAILURE(Expect(Delivery::kFrame));
-  EXPECT_GT(frame_.info.sequence - first, 22u);
-}
-
-TEST_F(V4l2, ASilentCameraIsNoError) {
-  OpenWebcam();
-  camera_->Set("percentage_of_dropped_buffers", "100");
-  camera_->Start(messages_);
-  EXPECT_EQ(int(Next(1)), int(Delivery::kNothing));
-  camera_->Set("percentage_of_dropped_buffers", "0");
-  Expect(Delivery::kFrame);
-  EXPECT_EQ(messages_.text, "");
-}
-
-TEST_F(V4l2, AFatalErrorRestartsTheStream) {
-  StartWebcam();
-  SetControl(kCapture, "Inject Fatal Streaming Error");
-  ExpectRestart(frame_.info.sequence + 1);
-  EXPECT_TRUE(Said("the camera is gone (Input/output error); looking for it")) << messages_.text;
-}
-
-TEST_F(V4l2, ARefusedRestartIsTriedAgain) {
-  StartWebcam();
-  SetControl(kCapture, "Inject VIDIOC_STREAMON Error");
-  SetControl(kCapture, "Inject Fatal Streaming Error");
-  ExpectRestart(frame_.info.sequence + 1);
-  EXPECT_TRUE(Said("the camera does not start (Invalid argument): /dev/video0")) << messages_.text;
-}
-
-TEST_F(V4l2, ADisconnectedCameraComesBack) {
-  StartWebcam();
-  const std::uint64_t frames = frame_.info.sequence + 1;
-  SetControl(kCapture, "Disconnect");
-  ExpectLoss();
-  ExpectRestart(frames);
-}
-
-TEST_F(V4l2, AnUnpluggedCameraComesBackWithItsSettings) {
-  OpenWebcam();
-  camera_->Set("brightness", "77");
-  camera_->Start(messages_);
-  Expect(Delivery::kFrame);
-  const std::uint64_t frames = frame_.info.sequence + 1;
-  PlugOut();
-  EXPECT_FALSE(fs::exists(kCapture));
-  ExpectLoss();
-  ExpectVainSearch("the camera cannot be opened (No such file or directory): /dev/video0");
-  PlugIn();
-  ExpectRestart(frames);
-  EXPECT_EQ(camera_->features()["brightness"], 77);
-  EXPECT_EQ(camera_->features()["fps"], 25);
-}
-
-TEST_F(V4l2, ACameraComesBackWithTheSizeThatNobodySet) {
-  LoadVivid(kWebcam);
-  const auto set_elsewhere = [](std::uint32_t width, std::uint32_t height) {
-    v4l2_format format{};
-    format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-    format.fmt.pix.width = width, format.fmt.pix.height = height;
-    ASSERT_EQ(::ioctl(Open(kCapture).fd, VIDIOC_S_FMT, &format), 0);
-  };
-  set_elsewhere(320, 180);
-  camera_ = OpenV4l2Camera(kCapture);
-  camera_->Start(messages_);
-  Expect(Delivery::kFrame);
-  const std::uint64_t frames = frame_.info.sequence + 1;
-  PlugOut();
-  ExpectLoss();
-  PlugIn();
-  ExpectRestart(frames);
-}
-
 TEST_F(V4l2, AnInputWithoutASignalIsSaidAndStreamsOn) {
   LoadVivid(kHdmiCable);
   SetControl(kCapture, "DV Timings Signal Mode", 1);
@@ -395,38 +177,6 @@ TEST_F(V4l2, AnInputWithoutASignalIsSaidAndStreamsOn) {
   camera_->Start(messages_);
   Expect(Delivery::kFrame);
   EXPECT_TRUE(Said("the camera says that no picture arrives at its input HDMI")) << messages_.text;
-}
-
-TEST_F(V4l2, ACameraInUseIsRefusedWithAReason) {
-  LoadVivid(kWebcam);
-  const Descriptor other = Open(kCapture);
-  StartStreaming(other);
-  EXPECT_EQ(ErrorOf([] { OpenV4l2Camera(kCapture); }),
-            "the camera refuses the format (Device or resource busy): /dev/video0. "
-            "Another program uses the camera; end it first");
-}
-
-TEST_F(V4l2, ARestartCanWaitForAnotherProgram) {
-  StartWebcam();
-  const std::uint64_t frames = frame_.info.sequence + 1;
-  SetControl(kCapture, "Disconnect");
-  ExpectLoss();
-  {
-    const Descriptor other = Open(kCapture);
-    StartStreaming(other);
-    ExpectVainSearch("Another program uses the camera");
-  }
-  ExpectRestart(frames);
-}
-
-TEST_F(V4l2, StoppingAndStartingGivesFramesAgain) {
-  StartWebcam();
-  for (int i = 0; i < 5; ++i) {
-    camera_->Stop();
-    camera_->Start(messages_);
-    Expect(Delivery::kFrame);
-  }
-  EXPECT_EQ(messages_.text, "");
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <span>
 #include <utility>
 
+#include "core/conjugate_gradients.h"
 #include "core/parallel.h"
 #include "fusion/mesh_topology.h"
 
@@ -206,40 +207,52 @@ class Multigrid {
   std::vector<Grid> grids_;
 };
 
-// By preconditioned conjugate gradients (Saad, Iterative Methods, 9.2), each coordinate for itself, until the
-// steps that are left are shorter than `exact` in the mean.
+Three Dot(const Coordinates& a, const Coordinates& b) {
+  return SumOfBlocks(a.size(), [&](std::size_t begin, std::size_t end) {
+    Three sum = Three::Zero();
+    for (std::size_t i = begin; i < end; ++i) sum += a[i] * b[i];
+    return sum;
+  });
+}
+
+// What ConjugateGradients asks for. near: the preconditioned residual.
+struct Iterate {
+  const Laplacian& system;
+  const Multigrid preconditioner;
+  Coordinates& x;
+  Coordinates residual, direction, near, product;
+
+  Three Curvature() {
+    ForEach(x.size(), [&](std::size_t k) { product[k] = system.Row(direction, k); });
+    return Dot(direction, product);
+  }
+  Three UpdateSolution(const Three& length) {
+    ForEach(x.size(), [&](std::size_t k) {
+      x[k] += length * direction[k];
+      residual[k] -= length * product[k];
+    });
+    preconditioner.Apply(residual, near);
+    return Dot(residual, near);
+  }
+  void UpdateDirection(const Three& share) {
+    ForEach(x.size(), [&](std::size_t k) { direction[k] = near[k] + share * direction[k]; });
+  }
+};
+
+// Each coordinate for itself, until the steps that are left are shorter than `exact` in the mean.
 void Solve(const Laplacian& system, const Coordinates& right, double exact, Coordinates& x,
            Progress& progress) {
   const std::size_t count = system.size();
-  const Multigrid preconditioner(system, progress);
-  const auto dot = [&](const Coordinates& a, const Coordinates& b) {
-    return SumOfBlocks(count, [&](std::size_t begin, std::size_t end) {
-      Three sum = Three::Zero();
-      for (std::size_t i = begin; i < end; ++i) sum += a[i] * b[i];
-      return sum;
-    });
-  };
-  const auto ratio = [](const Three& a, const Three& b) { return Three((b > 0).select(a / b, 0)); };
-  Coordinates residual(count), step, near, image(count);
-  ForEach(count, [&](std::size_t i) { residual[i] = right[i] - system.Row(x, i); });
-  preconditioner.Apply(residual, near);
-  step = near;
-  Three size = dot(residual, near);
-  for (int i = 0; i < kMostRounds; ++i) {
+  Iterate at{system, Multigrid(system, progress), x, Coordinates(count), {}, {}, Coordinates(count)};
+  ForEach(count, [&](std::size_t i) { at.residual[i] = right[i] - system.Row(x, i); });
+  at.preconditioner.Apply(at.residual, at.near);
+  at.direction = at.near;
+  bool first = true;
+  ConjugateGradients(at, Dot(at.residual, at.near), kMostRounds, [&](const Three&) {
+    if (!std::exchange(first, false)) progress.Advance();
     progress.Check();
-    if (std::sqrt(dot(near, near).sum() / double(count)) <= exact) return;
-    ForEach(count, [&](std::size_t k) { image[k] = system.Row(step, k); });
-    const Three length = ratio(size, dot(step, image));
-    ForEach(count, [&](std::size_t k) {
-      x[k] += length * step[k];
-      residual[k] -= length * image[k];
-    });
-    preconditioner.Apply(residual, near);
-    const Three next = dot(residual, near), share = ratio(next, size);
-    ForEach(count, [&](std::size_t k) { step[k] = near[k] + share * step[k]; });
-    size = next;
-    progress.Advance();
-  }
+    return std::sqrt(Dot(at.near, at.near).sum() / double(count)) > exact;
+  });
 }
 
 }  // namespace

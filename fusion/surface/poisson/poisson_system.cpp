@@ -6,13 +6,14 @@
 #include <cmath>
 #include <tuple>
 
+#include "core/conjugate_gradients.h"
 #include "core/parallel.h"
 
 namespace polarscan {
 namespace {
 
 using Sample = PoissonSample;
-constexpr float kScreening = 8;  // more follows the points' noise, less rounds (docs/mesh.md)
+constexpr float kScreening = 8;  // more follows the points' noise, less rounds (docs/notes/poisson.md)
 constexpr int kMostSteps = 60;
 constexpr double kResidual = 1e-2;  // of the linear system, as a share of its right side
 
@@ -42,65 +43,79 @@ class GridSystem {
  public:
   GridSystem(SparseGrid& grid, const std::vector<Sample>& samples)
       : grid_(grid), touches_(std::size_t(grid.size())), residual_(Size()), inverse_diagonal_(Size()) {
-    std::vector<double> right_side(std::size_t(grid.size()));
-    ParallelFor(0, grid.size(), [&](int block) { right_side[std::size_t(block)] = Prepare(block, samples); });
-    right_side_ = Sum(right_side);
+    right_side_ = SumOfBlocks([&](int block) { return Prepare(block, samples); });
   }
 
   void Solve(const Progress& progress) {
-    std::vector<float> change(Size()), direction(Size()), image(Size());
-    std::vector<double> part(std::size_t(grid_.size()));
-    double size = ForBlocks(part, [&](std::size_t i) {
-      direction[i] = inverse_diagonal_[i] * residual_[i];
-      return double(direction[i]) * residual_[i];
+    Iterate at{*this, std::vector<float>(Size()), std::vector<float>(Size()), std::vector<float>(Size())};
+    const double size = SumOver([&](std::size_t i) {
+      at.direction[i] = inverse_diagonal_[i] * residual_[i];
+      return double(at.direction[i]) * residual_[i];
     });
     const double enough = kResidual * kResidual * right_side_;
-    for (int iteration = 0; iteration < kMostSteps && size > enough; ++iteration) {
+    ConjugateGradients(at, size, kMostSteps, [&](double left) {
       progress.Check();
-      ParallelFor(0, grid_.size(),
-                  [&](int block) { part[std::size_t(block)] = Apply(block, direction, image); });
-      const auto step = float(size / Sum(part));
-      const double before = size;
-      size = ForBlocks(part, [&](std::size_t i) {
-        change[i] += step * direction[i];
-        residual_[i] -= step * image[i];
-        return double(residual_[i]) * inverse_diagonal_[i] * residual_[i];
-      });
-      const auto share = float(size / before);
-      ForBlocks(part, [&](std::size_t i) {
-        direction[i] = inverse_diagonal_[i] * residual_[i] + share * direction[i];
-        return 0.0;
-      });
-    }
-    ForBlocks(part, [&](std::size_t i) {
-      grid_.Values(0)[i] += change[i];
+      return left > enough;
+    });
+    SumOver([&](std::size_t i) {
+      grid_.Values(0)[i] += at.change[i];
       return 0.0;
     });
   }
 
  private:
+  // What ConjugateGradients asks for.
+  struct Iterate {
+    GridSystem& system;
+    std::vector<float> change, direction, image;
+
+    double Curvature() {
+      return system.SumOfBlocks([&](int block) { return system.Apply(block, direction, image); });
+    }
+    double UpdateSolution(double length) {
+      const auto step = float(length);
+      std::vector<float>& residual = system.residual_;
+      return system.SumOver([&](std::size_t i) {
+        change[i] += step * direction[i];
+        residual[i] -= step * image[i];
+        return double(residual[i]) * system.inverse_diagonal_[i] * residual[i];
+      });
+    }
+    void UpdateDirection(double length) {
+      const auto share = float(length);
+      system.SumOver([&](std::size_t i) {
+        direction[i] = system.inverse_diagonal_[i] * system.residual_[i] + share * direction[i];
+        return 0.0;
+      });
+    }
+  };
+
   std::size_t Size() const { return std::size_t(grid_.size()) * SparseGrid::kNodes; }
 
-  static double Sum(const std::vector<double>& part) {
+  // Of f(block), in parallel.
+  template <class F>
+  double SumOfBlocks(F&& f) const {
+    std::vector<double> parts(std::size_t(grid_.size()));
+    ParallelFor(0, grid_.size(), [&](int block) { parts[std::size_t(block)] = f(block); });
     double sum = 0;
-    for (double value : part) sum += value;
+    for (const double part : parts) sum += part;
     return sum;
   }
 
+  // Of f(node).
   template <class F>
-  double ForBlocks(std::vector<double>& part, F&& f) {
-    ParallelFor(0, grid_.size(), [&](int block) {
+  double SumOver(F&& f) const {
+    return SumOfBlocks([&](int block) {
       double sum = 0;
       for (std::size_t i = std::size_t(block) * SparseGrid::kNodes;
            i < std::size_t(block + 1) * SparseGrid::kNodes; ++i)
         sum += f(i);
-      part[std::size_t(block)] = sum;
+      return sum;
     });
-    return Sum(part);
   }
 
   // What the system makes of the values of a block with those around.
-  void Image(int block, const SparseGrid::Halo& x, float* image) const {
+  void MatrixTimes(int block, const SparseGrid::Halo& x, float* image) const {
     std::array<float, std::tuple_size_v<SparseGrid::Halo>> screening{};
     for (const Touch& touch : touches_[std::size_t(block)]) {
       float value = 0;
@@ -126,7 +141,7 @@ class GridSystem {
     SparseGrid::Halo x;
     grid_.Load(values, block, x);
     const std::size_t begin = std::size_t(block) * SparseGrid::kNodes;
-    Image(block, x, image.data() + begin);
+    MatrixTimes(block, x, image.data() + begin);
     double product = 0;
     for (std::size_t i = begin; i < begin + SparseGrid::kNodes; ++i) product += double(values[i]) * image[i];
     return product;
@@ -161,7 +176,7 @@ class GridSystem {
     SparseGrid::Halo x;
     grid_.Load(block, x);
     std::array<float, SparseGrid::kNodes> image;
-    Image(block, x, image.data());
+    MatrixTimes(block, x, image.data());
     const std::size_t begin = std::size_t(block) * SparseGrid::kNodes;
     double right_side = 0;
     for (std::size_t i = 0; i < SparseGrid::kNodes; ++i) {

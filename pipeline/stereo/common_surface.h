@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <vector>
+
+#include "core/progress.h"
+#include "core/mesh.h"
+#include "fusion/surface/refine.h"
+#include "stereo/costs/view.h"
+#include "stereo/options.h"
+#include "stereo/workspace.h"
+
+namespace polarscan {
+
+// One surface that all views agree on, to be seen from any of them.
+struct CommonSurface {
+  RayCaster caster;
+  std::vector<bool> far;  // vertices that no points bear out: of membranes over holes
+};
+
+// What refines the surface, as the options of stereo say.
+RefineOptions RefinementBy(const StereoOptions& options);
+
+// The maps of that kind of all views are fused into a cloud; the cloud becomes one surface, about as fine as
+// the pictures, that the AoP of all views and the masks' outlines refine (pipeline/meshing.h). Throws
+// NothingFound if the maps make none: too few points, or too large a scene.
+CommonSurface MakeCommonSurface(const Workspace& workspace, const MapKind& maps, const StereoOptions& options,
+                                Progress& progress);
+
+// The view's map with the surface in it: where it has a depth and the surface is hit, depth and normal are
+// the surface's. In views without masks not where the surface is a membrane and the two depths differ.
+DepthNormalMap Drawn(const CommonSurface& surface, const DenseView& view, bool masked,
+                     const DepthNormalMap& own);
+
+}  // namespace polarscan

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulation/scene/scene.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.h"
+#include "core/random.h"
+#include "simulation/scene/shapes.h"
+
+namespace polarscan {
+namespace {
+
+constexpr int kPrintSize = 2048, kCoarseFactor = 16;
+constexpr double kSink = 0.003;  // how deep the object stands in the table, so that no light leaks under it
+
+TriangleMesh MakeObject(const SceneOptions& options, const Progress& progress) {
+  TriangleMesh mesh = options.mesh.empty() ? NamedShape(options.scene, progress) : ReadMesh(options.mesh);
+  if (!options.mesh.empty() && options.up == "z") {
+    const auto turn = [](Eigen::Vector3d& v) { v = Eigen::Vector3d(v.x(), v.z(), -v.y()); };
+    std::for_each(mesh.vertices.begin(), mesh.vertices.end(), turn);
+    std::for_each(mesh.normals.begin(), mesh.normals.end(), turn);
+  }
+  Normalize(mesh);
+  return mesh;
+}
+
+SolidTexture MakeTexture(const SceneOptions& options) {
+  SolidTexture texture{options.albedo, 0, false, ValueNoise(options.seed + 1)};
+  if (options.texture == "none") return texture;
+  texture.patches = options.texture == "weak";
+  if (texture.patches) {
+    texture.contrast = 0.12 * options.albedo;
+  } else if (options.texture == "strong") {
+    texture.contrast = 0.6 * options.albedo;
+  } else {
+    throw Error("no such texture", options.texture, "Try 'none', 'weak' or 'strong'");
+  }
+  return texture;
+}
+
+// One side of a block: a square grid with corners origin, origin + a, origin + b; outward is a x b.
+void AddSide(TriangleMesh& mesh, const Eigen::Vector3d& origin, const Eigen::Vector3d& a,
+             const Eigen::Vector3d& b) {
+  constexpr std::uint32_t kCells = 8, kRow = kCells + 1;
+  const auto first = std::uint32_t(mesh.vertices.size());
+  for (std::uint32_t i = 0; i < kRow * kRow; ++i) {
+    mesh.vertices.push_back(origin + a * (double(i % kRow) / kCells) + b * (double(i / kRow) / kCells));
+    mesh.normals.push_back(a.cross(b).normalized());
+  }
+  for (std::uint32_t i = 0; i < kCells * kCells; ++i) {
+    const std::uint32_t corner = first + i / kCells * kRow + i % kCells;
+    mesh.triangles.push_back({corner, corner + 1, corner + 1 + kRow});
+    mesh.triangles.push_back({corner, corner + 1 + kRow, corner + kRow});
+  }
+}
+
+// A block with a square base of half width `half` around `center`, without its bottom.
+void AddBlock(TriangleMesh& mesh, const Eigen::Vector3d& center, double half, double height, double turn) {
+  const Eigen::Vector3d x(std::cos(turn), 0, std::sin(turn)), z(-std::sin(turn), 0, std::cos(turn));
+  const Eigen::Vector3d up(0, height, 0);
+  AddSide(mesh, center + up - half * x - half * z, 2 * half * z, 2 * half * x);
+  for (int side = 0; side < 4; ++side) {
+    const double angle = turn + side * std::numbers::pi / 2;
+    const Eigen::Vector3d out(std::cos(angle), 0, std::sin(angle)),
+        along = out.cross(Eigen::Vector3d::UnitY());
+    AddSide(mesh, center + half * out - half * along, up, 2 * half * along);
+  }
+}
+
+// Blocks in a ring around the object, of all heights, so that a picture shows more than a plane: from a plane
+// alone structure from motion cannot tell the focal length. Low enough to hide nothing of the object from a
+// camera that looks down by 30 degrees or more.
+TriangleMesh MakeBlocks(double table_height, std::uint64_t seed) {
+  constexpr int kBlocks = 11;
+  TriangleMesh mesh;
+  for (int i = 0; i < kBlocks; ++i) {
+    Random random(seed, 5, std::uint64_t(i));
+    const double turn = 2 * std::numbers::pi * (i + 0.4 * random.Uniform()) / kBlocks;
+    const double radius = 1.36 + 0.24 * random.Uniform(), half = 0.09 + 0.07 * random.Uniform();
+    const double height = 0.10 + 0.18 * random.Uniform();
+    AddBlock(mesh, {radius * std::sin(turn), table_height, radius * std::cos(turn)}, half, height,
+             3 * random.Uniform());
+  }
+  return mesh;
+}
+
+}  // namespace
+
+double Scene::PrintAt(const Eigen::Vector3d& p, const Eigen::Vector3d& normal, bool coarse) const {
+  const Image<float>& picture = coarse ? coarse_print : print;
+  if (normal.y() > 0.9)
+    return Sample(picture, 0.5 + 0.5 * p.x() / table_half_size, 0.5 + 0.5 * p.z() / table_half_size);
+  // The side of a block: a part of the print of its own, found by the side's distance from the middle.
+  const double u = 0.5 * (p.x() * normal.z() - p.z() * normal.x()) / table_half_size + 7.3 * p.dot(normal);
+  const double v = 0.5 * p.y() / table_half_size + 3.1 * p.dot(normal);
+  return Sample(picture, u - std::floor(u), v - std::floor(v));
+}
+
+Scene MakeScene(const SceneOptions& options, const Progress& progress) {
+  Scene scene;
+  scene.object = MakeObject(options, progress);
+  progress.Check();
+  scene.object_material = {options.ior, options.roughness};
+  scene.object_texture = MakeTexture(options);
+  scene.has_table = options.table;
+  double lowest = 1;
+  for (const Eigen::Vector3d& v : scene.object.vertices) lowest = std::min(lowest, v.y());
+  scene.table_height = lowest + kSink;
+  if (options.table) {
+    scene.print = MakePrint(kPrintSize, options.seed + 2, progress);
+    scene.coarse_print = Shrink(scene.print, kCoarseFactor);
+    if (options.blocks) scene.blocks = MakeBlocks(scene.table_height, options.seed);
+    for (const Eigen::Vector3d& v : scene.blocks.vertices) scene.reach = std::max(scene.reach, v.norm());
+  }
+  scene.environment = NamedEnvironment(options.light);
+  return scene;
+}
+
+TriangleMesh TableMesh(const Scene& scene) {
+  const double s = scene.table_half_size, y = scene.table_height;
+  TriangleMesh mesh = scene.blocks;
+  const auto first = std::uint32_t(mesh.vertices.size());
+  for (const auto& [x, z] : {std::pair(-s, -s), std::pair(-s, s), std::pair(s, s), std::pair(s, -s)}) {
+    mesh.vertices.emplace_back(x, y, z);
+    mesh.normals.emplace_back(0, 1, 0);
+  }
+  mesh.triangles.push_back({first, first + 1, first + 2});
+  mesh.triangles.push_back({first, first + 2, first + 3});
+  return mesh;
+}
+
+}  // namespace polarscan
