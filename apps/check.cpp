@@ -57,8 +57,7 @@ Kind KindOf(const fs::path& path, Progress& progress) {
   }
   throw Error("this is nothing that polarscan can check", path.string(),
               "It checks sessions, scans, folders of pictures, dense workspaces, COLMAP's models and maps, "
-              "PLY files, "
-              "pictures and calibrations");
+              "PLY files, pictures and calibrations");
 }
 
 void CheckOne(const fs::path& path, bool repair, Context& context) {
@@ -132,14 +131,12 @@ void AddCheckCommand(CLI::App& app, Context& context) {
   command
       ->add_option("PATH", a->path,
                    "A session, a scan, a folder of pictures, a dense workspace, a COLMAP model, a "
-                   "calibration, a map, a PLY file "
-                   "or a picture")
+                   "calibration, a map, a PLY file or a picture")
       ->required()
       ->check(IsFileOrFolder());
   command->add_flag("--repair", a->repair,
                     "Session: cut off what was not finished and close it. Scan: move damaged files to "
-                    "SCAN/damaged, so that "
-                    "reconstruct makes them again");
+                    "SCAN/damaged, so that reconstruct makes them again");
   AddOptions(*command, Table(a->options), kInputGroup);
   ShowFirst(*command, {"layout", "bits", "input-kind"});
   AddExample(*command,

@@ -108,8 +108,7 @@ void AddEvaluateCommand(CLI::App& app, Context& context) {
   command
       ->add_option("--truth", arguments->truth,
                    "The object's true mesh (PLY, STL or OBJ); or a folder with mesh.ply and, if there is "
-                   "one, table.ply "
-                   "around it")
+                   "one, table.ply around it")
       ->required()
       ->check(IsFileOrFolder())
       ->type_name("MESH|FOLDER");

@@ -38,10 +38,15 @@ std::string HelpText::make_help(const CLI::App* command, std::string name, CLI::
   std::string text = make_description(command) + make_usage(command, path) + make_positionals(command) +
                      Groups(*command, all) + make_subcommands(command, CLI::AppFormatMode::Normal) + "\n" +
                      make_footer(command);
-  if (all)
-    for (const CLI::App* sub :
-         command->get_subcommands([](const CLI::App* c) { return !c->get_group().empty(); }))
-      text += "\n" + make_help(sub, "", mode);
+  if (all && !command->get_parent()) text += HelpBelow(*command);
+  return text;
+}
+
+// Of every command below, and those below them.
+std::string HelpText::HelpBelow(const CLI::App& command) const {
+  std::string text;
+  for (const CLI::App* below : CommandsOf(command))
+    text += "\n" + make_help(below, "", CLI::AppFormatMode::All) + HelpBelow(*below);
   return text;
 }
 

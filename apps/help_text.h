@@ -5,7 +5,8 @@
 
 namespace polarscan {
 
-// How --help looks. It shows the arguments, the group "Options" and the example; --help-all every group.
+// How --help looks. It shows the arguments, the group "Options" and the example; --help-all every group, and
+// that of the program itself every command.
 // Lines are broken at kHelpWidth.
 class HelpText : public CLI::Formatter {
  public:
@@ -15,6 +16,7 @@ class HelpText : public CLI::Formatter {
   std::string make_subcommand(const CLI::App* command) const override;
 
  private:
+  std::string HelpBelow(const CLI::App& command) const;
   std::string Groups(const CLI::App& command, bool all) const;
 };
 

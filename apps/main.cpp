@@ -95,12 +95,14 @@ std::string WordsFor(const std::exception& error) {
 }
 
 // An error, where people see it and, with --json, where programs do.
-int Fail(Terminal& terminal, bool as_json, ExitCode code, const char* kind, const std::string& message) {
+int Fail(Terminal& terminal, bool as_json, ExitCode code, const char* kind, const std::string& message,
+         const Error* error = nullptr) {
   terminal.End();
   terminal.Fail(message);
-  if (as_json)
-    std::cout << ToText({{"error", {{"kind", kind}, {"message", message}, {"exit_code", int(code)}}}}, 2)
-              << std::endl;
+  nlohmann::json said = {{"kind", kind}, {"message", message}, {"exit_code", int(code)}};
+  if (error)
+    said.update({{"what", error->happened()}, {"where", error->where()}, {"advice", error->advice()}});
+  if (as_json) std::cout << ToText({{"error", said}}, 2) << std::endl;
   return code;
 }
 
@@ -143,7 +145,7 @@ int Run(int argc, char** argv) {
   } catch (const Cancelled& stopped) {
     return Fail(terminal, as_json, kFailed, "stopped", stopped.what());
   } catch (const std::exception& error) {
-    return Fail(terminal, as_json, kFailed, "failed", WordsFor(error));
+    return Fail(terminal, as_json, kFailed, "failed", WordsFor(error), dynamic_cast<const Error*>(&error));
   }
 }
 

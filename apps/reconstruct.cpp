@@ -70,8 +70,7 @@ nlohmann::json StereoTime(const Input& input, const Arguments& a) {
 std::string TimeText(const nlohmann::json& time, const std::string& preset) {
   return fmt::format(
       "stereo takes most of the time, here about {} on {} cores: {:.3g} megapixels of all views at {} s of "
-      "one "
-      "core (preset {}; an estimate, docs/performance.md; with masks only the object's pixels count)",
+      "one core (preset {}; an estimate, docs/performance.md; with masks only the object's pixels count)",
       FormatDuration(time.at("seconds").get<double>()), time.at("cores").get<int>(),
       time.at("megapixels").get<double>(), time.at("seconds_of_a_core_per_megapixel").get<double>(), preset);
 }

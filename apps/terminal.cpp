@@ -4,7 +4,6 @@
 #include "core/words.h"
 
 #include <fmt/format.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -102,12 +101,7 @@ std::string FitTo(const std::string& line, int columns) {
   return text;
 }
 
-Terminal::Terminal() : in_place_(IsTerminal()) {
-  const auto mode = WantsColour() ? spdlog::color_mode::always : spdlog::color_mode::never;
-  auto sink = std::make_shared<spdlog::sinks::stderr_color_sink_mt>(mode);
-  sink->set_color(spdlog::level::info, sink->reset);
-  log_ = std::make_shared<spdlog::logger>("polarscan", sink);
-  log_->set_pattern("%^%v%$");
+Terminal::Terminal() : coloured_(WantsColour()), in_place_(IsTerminal()) {
   clock_ = std::jthread([this](std::stop_token stop) { ShowNowAndThen(std::move(stop)); });
 }
 
@@ -118,9 +112,7 @@ Terminal::~Terminal() {
 }
 
 void Terminal::SetLevel(Level level) {
-  log_->set_level(level == Level::kQuiet     ? spdlog::level::warn
-                  : level == Level::kVerbose ? spdlog::level::debug
-                                             : spdlog::level::info);
+  level_ = level;
   if (level == Level::kQuiet) in_place_ = false;
 }
 
@@ -162,7 +154,7 @@ void Terminal::ShowProgress(bool step_begins) {
   } else {
     if (step_begins) shown_ = now;
     if (now - shown_ < kPlainLine) return;
-    log_->info(ProgressLine());
+    Print(Kind::kInfo, ProgressLine());
   }
   shown_ = now;
 }
@@ -194,20 +186,26 @@ void Terminal::ClearLine() {
   line_shown_ = false;
 }
 
-void Terminal::Show(spdlog::level::level_enum level, const std::string& message) {
+void Terminal::Print(Kind kind, const std::string& message) {
+  constexpr const char *kYellow = "\x1b[33m\x1b[1m", *kRed = "\x1b[31m\x1b[1m", *kPlain = "\x1b[m";
   ClearLine();
-  log_->log(level, message);
+  if (kind == Kind::kInfo && level_ == Level::kQuiet) return;
+  if (kind == Kind::kInfo || !coloured_)
+    fmt::print(stderr, "{}\n", message);
+  else
+    fmt::print(stderr, "{}{}{}\n", kind == Kind::kError ? kRed : kYellow, message, kPlain);
+  std::fflush(stderr);
 }
 
 void Terminal::Warn(const std::string& message) {
   const std::lock_guard lock(mutex_);
-  Show(spdlog::level::warn, "warning: " + message);
+  Print(Kind::kWarning, "warning: " + message);
   warnings_.push_back(message);
 }
 
 void Terminal::Info(const std::string& message) {
   const std::lock_guard lock(mutex_);
-  Show(spdlog::level::info, message);
+  Print(Kind::kInfo, message);
 }
 
 void Terminal::Status(const std::string& line) {
@@ -216,14 +214,14 @@ void Terminal::Status(const std::string& line) {
   if (in_place_) {
     Draw(line);
   } else if (now - shown_ >= kPlainLine) {
-    log_->info(line);
+    Print(Kind::kInfo, line);
     shown_ = now;
   }
 }
 
 void Terminal::Fail(const std::string& message) {
   const std::lock_guard lock(mutex_);
-  Show(spdlog::level::err, "polarscan: " + message);
+  Print(Kind::kError, "polarscan: " + message);
 }
 
 void Terminal::Say(const std::string& message) {

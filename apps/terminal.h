@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include <spdlog/logger.h>
-
 #include <chrono>
 #include <condition_variable>
-#include <memory>
 #include <mutex>
 #include <stop_token>
 #include <string>
@@ -42,14 +39,16 @@ class Terminal : public Progress {
 
  private:
   using Clock = std::chrono::steady_clock;
-  void Show(spdlog::level::level_enum level, const std::string& message);
+  enum class Kind { kInfo, kWarning, kError };
+  void Print(Kind kind, const std::string& message);
   void ShowProgress(bool step_begins);
   void ShowNowAndThen(std::stop_token stop);
   std::string ProgressLine() const;
   void Draw(const std::string& line);
   void ClearLine();
 
-  std::shared_ptr<spdlog::logger> log_;
+  Level level_ = Level::kNormal;
+  bool coloured_ = false;
   bool in_place_ = false;  // stderr is a terminal that can redraw a line
   bool line_shown_ = false;
   std::mutex mutex_;

@@ -26,8 +26,7 @@ std::string ToText(const LinearKernels::Set& set, const char* name) {
 
 std::string ToText(const LinearKernels& kernels) {
   return "// SPDX-License-Identifier: Apache-2.0\n// Written by bench/fit_kernels; taps at (|x|, |y|), rows "
-         "of "
-         "|x| = 0 ... 3.\n" +
+         "of |x| = 0 ... 3.\n" +
          ToText(kernels.across, "orthogonal polarizers across the cell") +
          ToText(kernels.in_row, "orthogonal polarizers in the same row") +
          ToText(kernels.sharpen_mosaic, "sharpen: on 2 M") + ToText(kernels.sharpen_s0, "sharpen: on S0");

@@ -10,7 +10,16 @@ namespace polarscan {
 class Error : public std::runtime_error {
  public:
   Error(const std::string& what, const std::string& where, const std::string& advice = "")
-      : std::runtime_error(what + ": " + where + (advice.empty() ? "" : ". " + advice)) {}
+      : std::runtime_error(what + ": " + where + (advice.empty() ? "" : ". " + advice)),
+        happened_(what),
+        where_(where),
+        advice_(advice) {}
+  const std::string& happened() const { return happened_; }
+  const std::string& where() const { return where_; }
+  const std::string& advice() const { return advice_; }
+
+ private:
+  std::string happened_, where_, advice_;
 };
 
 // There is too little to make something of. Files and disk are sound: it would come out like that again.

@@ -15,8 +15,7 @@ namespace {
 
 constexpr const char* kNpyAdvice =
     "Save it with numpy.save as float32, height x width or height x width x 3 (red, green, blue); S0, S1 and "
-    "S2 "
-    "each in a file of its own: NAME_s0.npy NAME_s1.npy NAME_s2.npy, or s0/ s1/ s2/";
+    "S2 each in a file of its own: NAME_s0.npy NAME_s1.npy NAME_s2.npy, or s0/ s1/ s2/";
 
 struct NpyHeader {
   std::string type;  // "<f4"

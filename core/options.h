@@ -23,6 +23,12 @@ using OptionTable = std::vector<Option>;
 // {name: value} of every row.
 nlohmann::json ToJson(const OptionTable& table);
 
+// The same of the values that options hold.
+template <class Options>
+nlohmann::json ValuesOf(Options options) {
+  return ToJson(Table(options));
+}
+
 // Sets rows from {name: value}. Throws Error on an unknown name, a wrong type or a value out of range.
 void FromJson(const nlohmann::json& values, OptionTable& table);
 

@@ -28,8 +28,7 @@ std::vector<std::string> Words(const std::string& text) {
 [[noreturn]] void ThrowBadLayout(const std::string& text) {
   throw Error("this is not a mosaic layout", fmt::format("\"{}\"", text),
               "Give the polarizer angles of the 2x2 cell row by row from the top-left pixel, as in \"90 45 / "
-              "135 0\"; "
-              "for a colour sensor with its Bayer order, as in \"90 45 / 135 0 rggb\"");
+              "135 0\"; for a colour sensor with its Bayer order, as in \"90 45 / 135 0 rggb\"");
 }
 
 bool IsBayerOrder(const std::string& word) {

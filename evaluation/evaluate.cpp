@@ -29,8 +29,7 @@ OptionTable Table(EvaluateOptions& o) {
       {"inside-masks", &o.masks, "Count only pixels inside of the scan's masks as the object's"},
       {"unit", &o.unit,
        "Length that the thresholds, the penalty, --cap and --crop are counted in, in the truth's units; 0: "
-       "the "
-       "object's radius, rounded to 1, 2 or 5 times a power of ten",
+       "the object's radius, rounded to 1, 2 or 5 times a power of ten",
        "", 0, 1e300},
       {"depth-penalty", &o.depth_penalty,
        "Depth error of a missing pixel, and the greatest, in figures over all", "units", 0, 1e300},

@@ -11,11 +11,10 @@
 namespace polarscan {
 
 // What `polarscan evaluate` leaves in a scan, for the report and for people:
-//   evaluation.json       the result (docs/evaluate.md), with the cloud's hash
-//   cloud_errors.ply      x y z error: distance of each point of the cloud, in its order, to the true
-//   surface,
-//                         in the truth's units; positions in the truth's frame
-//   depth/ normal/        NAME.png: errors of that view's maps
+//   evaluation.json                   the result (docs/evaluate.md), with the cloud's hash
+//   cloud_errors.ply                  x y z error: distance of each point of the cloud, in its order, to the
+//                                     true surface, in the truth's units; positions in the truth's frame
+//   depth/ normal/                    NAME.png: errors of that view's maps
 //   depth.svg normals.svg cloud.svg   curves
 inline std::filesystem::path EvaluationFolder(const std::filesystem::path& scan) {
   return scan / "evaluation";

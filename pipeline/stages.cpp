@@ -58,10 +58,8 @@ std::string AnglesOfSomeDoNotFit(const AopFits& fits) {
   for (const auto& [name, fit] : fits.odd) names.push_back(name);
   return fmt::format(
       "the angles of polarization of {} do not fit the shape that the other views agree on; counted {} they "
-      "would. Are "
-      "{} turned, mirrored or cut at an odd pixel, another camera's, or under another view's pose? Take {} "
-      "out, or "
-      "save {} anew",
+      "would. Are {} turned, mirrored or cut at an odd pixel, another camera's, or under another view's "
+      "pose? Take {} out, or save {} anew",
       Enumerate(names), kWays[std::size_t(fits.odd.begin()->second.other)],
       names.size() == 1 ? "its pictures" : "their pictures", names.size() == 1 ? "it" : "them",
       names.size() == 1 ? "it" : "them");
@@ -110,9 +108,7 @@ SfmOptions WithMasksOf(SfmOptions options, const UndistortOptions& dense) {
 }
 
 void RunViews(Scan& scan, const Input& input, const DemosaicOptions& options) {
-  DemosaicOptions effective = options;
-  const Stage stage{
-      "views", {{"input", Meaning(input)}, {"demosaic", ToJson(Table(effective))}}, scan.input()};
+  const Stage stage{"views", {{"input", Meaning(input)}, {"demosaic", ValuesOf(options)}}, scan.input()};
   scan.Run(stage, [&](Progress& progress) -> nlohmann::json {
     MakeStokesViews(input, scan.views(), options, progress);
     scan.Note("views", "total", input.views.size());
@@ -122,8 +118,7 @@ void RunViews(Scan& scan, const Input& input, const DemosaicOptions& options) {
 }
 
 void RunSfm(Scan& scan, const std::optional<fs::path>& known_model, const SfmOptions& options) {
-  SfmOptions effective = options;
-  Stage stage{"sfm", ToJson(Table(effective))};
+  Stage stage{"sfm", ValuesOf(options)};
   stage.options["known-poses"] = known_model ? fs::weakly_canonical(*known_model).string() : "";
   if (known_model) stage.inputs = HashOfFiles(*known_model);
   scan.Run(stage, [&](Progress& progress) -> nlohmann::json {
@@ -137,8 +132,7 @@ void RunSfm(Scan& scan, const std::optional<fs::path>& known_model, const SfmOpt
 }
 
 void RunDense(Scan& scan, const UndistortOptions& options) {
-  UndistortOptions effective = options;
-  scan.Run({"dense", ToJson(Table(effective))}, [&](Progress& progress) -> nlohmann::json {
+  scan.Run({"dense", ValuesOf(options)}, [&](Progress& progress) -> nlohmann::json {
     Undistort(scan.views(), ReadSparseModel(scan.sfm() / "model"), scan.dense(), options, progress);
     const Workspace workspace = ReadWorkspace(scan.dense());
     const std::string doubt = MaskFitWords(MasksThatDoNotFit(workspace, progress));
@@ -148,8 +142,7 @@ void RunDense(Scan& scan, const UndistortOptions& options) {
 }
 
 void RunStereo(Scan& scan, const StereoOptions& options) {
-  StereoOptions effective = options;
-  scan.Run({"stereo", ToJson(Table(effective))}, [&](Progress& progress) -> nlohmann::json {
+  scan.Run({"stereo", ValuesOf(options)}, [&](Progress& progress) -> nlohmann::json {
     EstimateMaps(scan.dense(), options, progress);
     nlohmann::json counts = {{"views", ChosenViews(ReadWorkspace(scan.dense()), options.views).views.size()}};
     if (options.polarization) counts["angles"] = CheckAngles(scan, options, progress);
@@ -158,8 +151,7 @@ void RunStereo(Scan& scan, const StereoOptions& options) {
 }
 
 void RunFusion(Scan& scan, const FusionOptions& options) {
-  FusionOptions effective = options;
-  scan.Run({"fusion", ToJson(Table(effective))}, [&](Progress& progress) -> nlohmann::json {
+  scan.Run({"fusion", ValuesOf(options)}, [&](Progress& progress) -> nlohmann::json {
     fs::remove(scan.folder() / "offset.txt");  // of an earlier run
     const CloudSummary cloud = FuseCloud(scan.dense(), scan.cloud(), options, progress);
     scan.Note("cloud", "points", cloud.points);
@@ -170,8 +162,7 @@ void RunFusion(Scan& scan, const FusionOptions& options) {
 }
 
 void RunMesh(Scan& scan, const MeshOptions& options) {
-  MeshOptions effective = options;
-  scan.Run({"mesh", ToJson(Table(effective))}, [&](Progress& progress) -> nlohmann::json {
+  scan.Run({"mesh", ValuesOf(options)}, [&](Progress& progress) -> nlohmann::json {
     const MeshSummary mesh = MakeMesh(scan.cloud(), scan.dense(), scan.mesh(), options, progress);
     scan.Note("mesh", "faces", mesh.faces);
     return ToJson(mesh);

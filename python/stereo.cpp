@@ -98,7 +98,7 @@ void BindStereo(py::module_& module) {
   module.def("estimate_depths", &RunStereo);
   module.def("stereo_options", [] {
     StereoOptions options;
-    return ToPython(ToJson(Table(options)));
+    return ToPython(ValuesOf(options));
   });
   using Path = std::filesystem::path;
   module.def("read_depth_map", [](const Path& path) { return ToArray(ReadDepthMap(path)); });

@@ -10,7 +10,7 @@
 
 namespace polarscan {
 
-// JSON inside of <script>: no "<", so that no text can end the script. Bytes that are not UTF-8 are replaced.
+// JSON inside of `<script>`: no "<", so that no text can end the script. Bytes that are not UTF-8 are replaced.
 std::string EscapeJson(const nlohmann::json& value);
 
 // The template with each {{name}} replaced, in the order given; the inserted texts are not looked at.

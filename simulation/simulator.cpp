@@ -20,9 +20,8 @@ using nlohmann::json;
 constexpr const char* kMaker = "polarscan simulate";
 constexpr const char* kConvention =
     "Image axes x right, y down. S0=(I0+I45+I90+I135)/2, S1=I0-I90, S2=I45-I135; AoP=atan2(S2,S1)/2 "
-    "anticlockwise as "
-    "displayed from +x. Camera x right, y down, z forward; sparse holds cam_from_world; pixel centres at "
-    "integer+0.5.";
+    "anticlockwise as displayed from +x. Camera x right, y down, z forward; sparse holds cam_from_world; "
+    "pixel centres at integer+0.5.";
 
 // Makes room: an absent or empty folder, or one that the same simulation, by its set.json, filled before.
 void PrepareFolder(const fs::path& folder, const json& set) {

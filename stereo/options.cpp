@@ -47,8 +47,7 @@ OptionTable Table(StereoOptions& o) {
       {"preset",
        &o.preset,
        "paper: as published; default: the paper's method with the cures that measurements asked for; fast, "
-       "best: "
-       "the same with fewer or more source views and refinements",
+       "best: the same with fewer or more source views and refinements",
        "",
        0,
        0,
@@ -64,8 +63,7 @@ OptionTable Table(StereoOptions& o) {
       {"schedule",
        &o.schedule,
        "sequential: four sweeps an iteration, a photometric and a geometric pass, as published; "
-       "checkerboard: "
-       "coarse to fine, with rounds across views",
+       "checkerboard: coarse to fine, with rounds across views",
        "",
        0,
        0,

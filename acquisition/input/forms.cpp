@@ -59,8 +59,7 @@ std::vector<InputView> JoinFolders(const std::vector<fs::path>& folders, const f
 
 constexpr const char* kAngleForms =
     "Polarizer pictures are folders I-00 I-45 I-90 I-135 (also 0 60 120), files NAME_0 NAME_60 NAME_120 or "
-    "TIFF "
-    "with a page or channel an angle; --angles 0,60,120 says which";
+    "TIFF with a page or channel an angle; --angles 0,60,120 says which";
 
 // Whether the file is a TIFF of so many pages, or of so many channels that are no colours.
 bool IsStackOf(std::size_t count, const fs::path& path) {
@@ -156,8 +155,7 @@ void AddFlat(const std::string& name, const fs::path& path, Input& input, std::v
       throw Error(fmt::format("this TIFF has {} channels that are not said to be colours", page.samples),
                   path.string(),
                   "If they are the polarizer angles 0 45 90 135, give --input-kind angles (other ones or "
-                  "another order: "
-                  "--angles too)");
+                  "another order: --angles too)");
   if (pages.size() == 1) return views.push_back({name, {path}, {}});
   for (std::size_t i = 0; i < pages.size(); ++i) {
     if (pages[i].width != pages[0].width || pages[i].height != pages[0].height ||

@@ -52,23 +52,22 @@ struct InputView {
 };
 
 // An INPUT folder understood, with everything that was decided about it. The forms it may have:
-//   mosaic/NAME.png or NAME.png        raw mosaics, grey PNG or TIFF
+//   mosaic/NAME.png or NAME.png           raw mosaics, grey PNG or TIFF
 //   exposure-500/ exposure-4000/ NAME.*   raw mosaics of several exposures (times in one unit), to be merged
-//   I-00/ I-45/ I-90/ I-135/ NAME.*    pictures behind a polarizer, angles anticlockwise; also 0/ 60/ 120/
-//   and
-//                                      other angles, NAME_0.png NAME_60.png ..., or NAME.tif with a page or
-//                                      channel an angle
-//   NAME.tif                           S0, S1, S2 (and noise) as float32 pages; flat or in stokes/
-//   NAME.exr                           channels S0 S1 S2, or S0.R S0.G S0.B and so on; flat or in stokes/
+//   I-00/ I-45/ I-90/ I-135/ NAME.*       pictures behind a polarizer, angles anticlockwise; also 0/ 60/ 120/
+//                                         and other angles, NAME_0.png NAME_60.png ..., or NAME.tif with a
+//                                         page or channel an angle
+//   NAME.tif                              S0, S1, S2 (and noise) as float32 pages; flat or in stokes/
+//   NAME.exr                              channels S0 S1 S2, or S0.R S0.G S0.B and so on; flat or in stokes/
 //   NAME_s0.exr NAME_s1.exr NAME_s2.exr   float EXR, TIFF or NPY, grey or colour; flat or in stokes/; or
-//   folders
-//                                      s0/ s1/ s2/; or NAME_s0.hdr with S0 + S1, S0 + S2 in _s0p1 _s0p2
-//   rgb/ aop/ dop/ NAME.*              intensity, angle and degree of polarization
-//   session.json, segments/            a recorded session: mosaics, one view a shot (docs/capture.md)
-//   NAME.jpg                           photos without polarization; flat or in photos/ or images/
-//   views.json NAME.tif                a folder that polarscan demosaic made: Stokes, or photos if it says so
+//                                         folders s0/ s1/ s2/; or NAME_s0.hdr with S0 + S1, S0 + S2 in
+//                                         _s0p1 _s0p2
+//   rgb/ aop/ dop/ NAME.*                 intensity, angle and degree of polarization
+//   session.json, segments/               a recorded session: mosaics, one view a shot (docs/capture.md)
+//   NAME.jpg                              photos without polarization; flat or in photos/ or images/
+//   views.json NAME.tif                   a folder that polarscan demosaic made: Stokes, or photos if it says so
 // where pictures may lie in folders (cam1/NAME.jpg), a TIFF may hold many mosaics or photos on its pages,
-// and beside them masks/NAME.* (not black = object; input_masks.h), sparse/ (COLMAP model with known poses)
+// and beside them masks/NAME.* (not black = object; masks.h), sparse/ (COLMAP model with known poses)
 // and set.json. Pictures of which a part is transparent bring their own mask where there is no other.
 struct Input {
   std::filesystem::path folder;
@@ -101,8 +100,8 @@ struct Input {
 };
 
 // Throws Error if the folder is missing, empty, incomplete or ambiguous, or the calibration is another
-// camera's. Opens one view's pictures (eight
-// views' to find out about 16-bit ones, and where the sensor saturates); the others are read by ReadView.
+// camera's. Opens one view's pictures (eight views' to find out about 16-bit ones, and where the sensor
+// saturates); the others are read by ReadView.
 Input OpenInput(const std::filesystem::path& folder, const InputOptions& options);
 // The same with progress where the whole of a session is read. Throws Cancelled, too.
 Input OpenInput(const std::filesystem::path& folder, const InputOptions& options, Progress& progress);

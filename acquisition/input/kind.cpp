@@ -44,12 +44,10 @@ InputKind RecognizeFlat(const fs::path& folder, const InputOptions& options) {
   const PictureFiles files = ListPictures(folder);
   if (files.empty()) {
     const std::string there = WhatLiesThere(folder);
-    throw Error(
-        "there are no pictures here", folder.string(),
-        (there.empty() ? "" : there + ". ") +
-            "Give a folder with pictures (PNG, JPEG, TIFF, EXR, BMP, PGM), or one with mosaic/, I-00/ I-45/ "
-            "I-90/ I-135/, "
-            "stokes/ or rgb/ aop/ dop/");
+    throw Error("there are no pictures here", folder.string(),
+                (there.empty() ? "" : there + ". ") +
+                    "Give a folder with pictures (PNG, JPEG, TIFF, EXR, BMP, PGM), or one with mosaic/, "
+                    "I-00/ I-45/ I-90/ I-135/, stokes/ or rgb/ aop/ dop/");
   }
   if (HoldStokesComponents(files)) return InputKind::kStokes;
   if (!options.angles.empty() || AreNamedByFourAngles(files)) return InputKind::kAngles;

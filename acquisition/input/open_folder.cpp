@@ -167,8 +167,7 @@ void WarnOfAngles(Input& input) {
   if (angles.empty()) return;
   input.warnings.push_back(
       fmt::format("the folders {} may be the angles of a polarizer, and their pictures are taken as plain "
-                  "photos: give {} "
-                  "if they are angles, --input-kind photos if not",
+                  "photos: give {} if they are angles, --input-kind photos if not",
                   AnglesText(angles), AnglesOption(angles)));
 }
 
@@ -211,8 +210,7 @@ void WarnOfEncoding(Input& input, const InputOptions& options, const Picture& fi
   if (first.bits == 8 && input.kind != InputKind::kMosaic && !IsJpeg(files[0]))
     input.notes.push_back(
         "these 8-bit pictures do not say whether they are linear in light; they are taken as such (--gamma "
-        "2.2 if "
-        "they are not)");
+        "2.2 if they are not)");
 }
 
 // Views whose k-th file is one.

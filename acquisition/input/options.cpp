@@ -103,8 +103,7 @@ json JsonOf(const std::filesystem::path& folder) {
 OptionTable Table(InputOptions& o) {
   const std::string layout =
       "Polarizer angles of the 2x2 cell from the top-left pixel, anticlockwise from +x, as \"90 45 / 135 "
-      "0\"; "
-      "colour sensors: with the Bayer order, as \"90 45 / 135 0 rggb\"";
+      "0\"; colour sensors: with the Bayer order, as \"90 45 / 135 0 rggb\"";
   return {
       {.name = "input-kind",
        .value = &o.kind,
@@ -163,8 +162,7 @@ OptionTable Table(InputOptions& o) {
       {.name = "angles",
        .value = &o.angles,
        .help = "Polarizer's angles of the pictures behind one, three or more, as \"0,60,120\"; empty: as "
-               "set.json says, "
-               "else as folders and files are named",
+               "set.json says, else as folders and files are named",
        .unit = "deg"},
       {.name = "calibration",
        .value = &o.calibration,

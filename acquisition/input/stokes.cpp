@@ -19,8 +19,8 @@ namespace {
 
 constexpr const char* kStokesForms =
     "Stokes pictures are NAME.tif with the float32 pages S0 S1 S2, NAME.exr with the channels S0 S1 S2 or "
-    "S0.R S0.G "
-    "S0.B and so on, or one float EXR, TIFF or NPY a component: NAME_s0 NAME_s1 NAME_s2, or s0/ s1/ s2/";
+    "S0.R S0.G S0.B and so on, or one float EXR, TIFF or NPY a component: NAME_s0 NAME_s1 NAME_s2, or s0/ "
+    "s1/ s2/";
 
 // Of S0, S1, S2: the channels by what stands behind "S0.", in lower case ("r", "g", "b"; "" if nothing does).
 using StokesChannels = std::array<std::map<std::string, std::string>, 3>;

@@ -12,7 +12,7 @@ namespace polarscan {
 // What is known about one camera, set in one way. A folder:
 //   calibration.json   the binding, the sensor's numbers, a summary of each part and the checksums
 //   maps-HASH.tif      float32 pages, one value a pixel: black_dn; a0, a1, a2
-//   (demosaic/calibration/response.h)
+//                      (demosaic/calibration/response.h)
 // Beside them pictures for people, which nobody reads back (demosaic/calibration/pictures.h). The JSON file
 // is replaced last, so that the folder always holds one whole calibration.
 struct Calibration {

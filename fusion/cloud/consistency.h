@@ -50,10 +50,9 @@ double PatchArea(const ViewMaps& view, int x, int y);
 inline constexpr int kOwnPlace = -1;
 
 // Which of `candidates` agree with pixel (x, y) of `reference`. places: of the candidates, those of one place
-// one after the other. The other view's depth is taken exactly where
-// the point projects to, from the plane of the nearest pixel's depth and normal, so that the reprojection
-// error measures the surfaces' distance and not the rounding to whole pixels. Geometry: forward-backward
-// check as in COLMAP and ACMMP.
+// one after the other. The other view's depth is taken exactly where the point projects to, from the plane of
+// the nearest pixel's depth and normal, so that the reprojection error measures the surfaces' distance and
+// not the rounding to whole pixels. Geometry: forward-backward check as in COLMAP and ACMMP.
 void FindAgreements(const ViewMaps& reference, int x, int y,
                     const std::vector<std::shared_ptr<const ViewMaps>>& candidates,
                     const std::vector<int>& places, const ConsistencyLimits& limits,

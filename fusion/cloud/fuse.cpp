@@ -33,10 +33,8 @@ std::vector<bool> UsableViews(const Workspace& workspace, const MapKind& kind, P
 std::string Explain(const FusionCounts& c, int min_views) {
   return fmt::format(
       "{} pixels have a depth: {} outside of the masks, {} without a normal, {} on which fewer than {} views "
-      "agree, "
-      "{} contradicted by other views. Of the questions to other views {} fell outside of their pictures, {} "
-      "met no "
-      "depth, {} another depth, {} failed the reprojection, {} the normals, {} agreed",
+      "agree, {} contradicted by other views. Of the questions to other views {} fell outside of their "
+      "pictures, {} met no depth, {} another depth, {} failed the reprojection, {} the normals, {} agreed",
       c.with_depth, c.masked, c.without_normal, c.too_few_views, min_views, c.contradicted, c.asked.outside,
       c.asked.no_depth, c.asked.depth, c.asked.reprojection, c.asked.normal, c.asked.agreed);
 }
@@ -56,8 +54,7 @@ std::string Advise(const FusionCounts& c, int min_views) {
     return fmt::format("Views agree, but not {} of them: lower --fusion-min-views", min_views);
   if (asked.outside + asked.no_depth > asked.depth + asked.reprojection + asked.normal)
     return "The views hardly show the same surface: check the poses (polarscan report), take pictures closer "
-           "together, or "
-           "lower --fusion-min-views";
+           "together, or lower --fusion-min-views";
   // Depth is asked first, then reprojection, then normals; hidden places fail the first in good scans, too.
   if (asked.normal + asked.agreed > c.too_few_views) return "Normals differ: raise --fusion-normal";
   return asked.reprojection + asked.normal + asked.agreed > c.too_few_views

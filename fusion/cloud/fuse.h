@@ -13,7 +13,7 @@
 
 namespace polarscan {
 
-// Defaults, from maps of ../shared/data/rendered/bunny-plastic (two good sets, one noisy; F at 0.01 of the
+// Defaults, from maps of bunny-plastic (docs/datasets.md; two good sets, one noisy; F at 0.01 of the
 // radius): 0.8 px against 1: +.002, +.004, -.005; 60 degrees against 30: +.006 to +.007; the contradiction
 // test at 1: -.01 to -.09.
 struct FusionOptions {

@@ -83,9 +83,8 @@ std::string FewDepths(const nlohmann::json& summary) {
   if (share >= (masked ? kOfMasks : kOfPictures) || angle <= 0 || angle > kNearDeg) return "";
   return fmt::format(
       "only {:.2g} % of the pixels {} have a depth, though neighbouring pictures are {:.0f} degrees apart, "
-      "near "
-      "enough: look for poses or focal lengths that are not those of the pictures, {}blurred pictures, and "
-      "surfaces without texture",
+      "near enough: look for poses or focal lengths that are not those of the pictures, {}blurred pictures, "
+      "and surfaces without texture",
       100 * share, masked ? "inside of the masks" : "of the pictures", angle,
       masked ? "masks of something else than the object, " : "");
 }

@@ -122,8 +122,7 @@ OptionTable Table(RefineOptions& o) {
   return {
       {"refine", &o.refine,
        "Move the vertices until normals fit the AoP of all views, outlines the masks, and the surface looks "
-       "alike "
-       "in all views"},
+       "alike in all views"},
       {"refine-rounds", &o.rounds, "Times that all vertices move", "", 1, 100},
       {"refine-anchor", &o.anchor,
        "Weight of where the vertices were, ten times as much without masks; less: the mesh follows AoP and "

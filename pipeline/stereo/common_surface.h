@@ -2,8 +2,8 @@
 #pragma once
 #include <vector>
 
-#include "core/progress.h"
 #include "core/mesh.h"
+#include "core/progress.h"
 #include "fusion/surface/refine.h"
 #include "stereo/costs/view.h"
 #include "stereo/options.h"

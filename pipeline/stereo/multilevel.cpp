@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <optional>
 
 #include "core/parallel.h"
@@ -17,8 +16,6 @@
 #include "stereo/rounds/surface_matching.h"
 #include "stereo/search/checkerboard.h"
 #include "stereo/search/filter.h"
-
-namespace fs = std::filesystem;
 
 namespace polarscan {
 namespace {
@@ -107,7 +104,7 @@ class MultilevelSchedule {
     done.Remove(kPhotometricMaps);  // of another schedule
     if (options().surfaces == 0) done.Remove(kSeparateMaps);
     if (!steps_.alone()) return;
-    RemovePassingMaps();
+    RemovePassingMaps(workspace());
     done.KeepOnly(plan_.back().kind);
   }
 
@@ -117,17 +114,6 @@ class MultilevelSchedule {
 
   // Whether these maps are the result, and to be filtered if so.
   bool IsFiltered(const Step& step) const { return options().filter && step.kind == kFinalMaps; }
-
-  // Of a run that was killed before it could remove them, or of one with other options.
-  void RemovePassingMaps() const {
-    for (const char* folder : {"stereo/depth_maps", "stereo/normal_maps"}) {
-      std::vector<fs::path> left;
-      for (const auto& entry : fs::recursive_directory_iterator(workspace().folder / folder))
-        if (entry.path().stem().extension().string().starts_with(std::string(".") + kPassingMaps))
-          left.push_back(entry.path());
-      for (const fs::path& path : left) fs::remove(path);
-    }
-  }
 
   void Run(const Step& step) {
     if (!views_ || views_halvings_ != step.halvings)  // kept from step to step

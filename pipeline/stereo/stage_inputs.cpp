@@ -2,6 +2,7 @@
 #include "pipeline/stereo/stage_inputs.h"
 
 #include <algorithm>
+#include <filesystem>
 
 #include "core/error.h"
 #include "stereo/dense/load_view.h"
@@ -59,6 +60,16 @@ void WriteMaps(const Workspace& workspace, int view, const MapKind& kind, const 
   WriteNormalMap(
       workspace.NormalPath(view, kind),
       whole ? InPicture<Eigen::Vector3f>(*window, map.normal, Eigen::Vector3f::Zero()) : map.normal);
+}
+
+void RemovePassingMaps(const Workspace& workspace) {
+  for (const char* folder : {"stereo/depth_maps", "stereo/normal_maps"}) {
+    std::vector<std::filesystem::path> left;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(workspace.folder / folder))
+      if (entry.path().stem().extension().string().starts_with(std::string(".") + kPassingMaps))
+        left.push_back(entry.path());
+    for (const std::filesystem::path& path : left) std::filesystem::remove(path);
+  }
 }
 
 Problem MakeProblem(const Workspace& workspace, int view, const StereoOptions& options,

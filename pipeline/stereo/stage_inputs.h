@@ -20,6 +20,10 @@ Cache<DepthNormalMap> CachedMaps(const StereoOptions& options, std::function<Dep
 DepthNormalMap ReadMaps(const Workspace& workspace, int view, const MapKind& kind);
 void WriteMaps(const Workspace& workspace, int view, const MapKind& kind, const DepthNormalMap& map);
 
+// Removes the maps of steps (kPassingMaps): of a run that was killed before it could, or of one with other
+// options. Not while other shards work.
+void RemovePassingMaps(const Workspace& workspace);
+
 // The view with its best sources; `maps`: null for a problem without geometric terms. reference: the view's.
 // Throws Error if no other view looks at the same place.
 Problem MakeProblem(const Workspace& workspace, int view, const StereoOptions& options,

@@ -8,6 +8,7 @@
 #include "pipeline/stereo/common_surface.h"
 #include "pipeline/stereo/multilevel.h"
 #include "pipeline/stereo/sequential.h"
+#include "pipeline/stereo/stage_inputs.h"
 #include "pipeline/stereo/surface_steps.h"
 #include "pipeline/workspace_views.h"
 #include "stereo/dense/crop.h"
@@ -55,7 +56,7 @@ void RemoveOtherMaps(const Workspace& all, const Workspace& chosen) {
 // Of an earlier run, and those on the way to the result.
 void RemoveMapsLeft(StepRunner& steps) {
   DoneList& done = steps.done();
-  for (int number = 1; number <= steps.options().surfaces; ++number) done.Remove(SurfaceMaps(number));
+  RemovePassingMaps(steps.workspace());
   done.Remove(kSeparateMaps);
   done.KeepOnly(kFinalMaps);
 }
@@ -107,10 +108,10 @@ StereoPlan PlanMaps(const fs::path& dense, const StereoOptions& asked) {
   return plan;
 }
 
-std::uint64_t StereoInputHash(const Workspace& workspace, StereoOptions options) {
+std::uint64_t StereoInputHash(const Workspace& workspace, const StereoOptions& options) {
   constexpr const char* kSteps =
       "cut to the object, grids for the surface";  // another text where maps of steps are of another kind
-  std::uint64_t hash = Hash(ToText(ToJson(Table(options))), Hash(kSteps));
+  std::uint64_t hash = Hash(ToText(ValuesOf(options)), Hash(kSteps));
   hash = HashFile(workspace.folder / "views.json", hash);
   for (int view = 0; view < int(workspace.views.size()); ++view) {
     hash = HashFile(workspace.LightPath(view), hash);

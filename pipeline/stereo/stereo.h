@@ -23,6 +23,6 @@ void EstimateMaps(const std::filesystem::path& dense, const StereoOptions& optio
 StereoPlan PlanMaps(const std::filesystem::path& dense, const StereoOptions& options);
 
 // Of the options and of all files that the maps depend on.
-std::uint64_t StereoInputHash(const Workspace& workspace, StereoOptions options);
+std::uint64_t StereoInputHash(const Workspace& workspace, const StereoOptions& options);
 
 }  // namespace polarscan

@@ -22,6 +22,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Of a step's maps from the common surface, numbered from 1.
+MapKind SurfaceMaps(int number) { return {MapStage::kSurface, number}; }
+
 // Of the depths that both kinds of maps hold, in sizes of a pixel there.
 double MeanChange(const Workspace& workspace, const MapKind& before, const MapKind& after) {
   const std::size_t count = workspace.views.size();
@@ -84,8 +87,6 @@ void Filter(StepRunner& steps, const MapKind& before) {
 }
 
 }  // namespace
-
-MapKind SurfaceMaps(int number) { return {MapStage::kSurface, number}; }
 
 void RunSurfaceSteps(StepRunner& steps) {
   const StereoOptions& options = steps.options();

@@ -4,9 +4,6 @@
 
 namespace polarscan {
 
-// Of a step's maps from the common surface, numbered from 1.
-MapKind SurfaceMaps(int number);
-
 // From kSeparateMaps of all views to kFinalMaps: options.surfaces times one surface common to all views is
 // made of the maps and drawn into each of them (common_surface.h), so that each pixel knows what all pixels
 // of all views know; fewer times if the maps hardly change any more. Then (options.filter) pixels go whose

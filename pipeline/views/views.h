@@ -20,8 +20,8 @@ PolarView MakeView(const Input& input, const LoadedView& loaded, const DemosaicO
 // Writes for every view of the input into `folder`:
 //   NAME.tif         S0, S1, S2, noise (demosaic/stokes.h)
 //   NAME.png         8-bit picture of S0, grey or colour: 255 (S0 / scale)^(1/2.2), one scale for the whole
-//   set, which
-//                    is the 99.5th percentile of S0 (photos: full scale, so that a photo looks as before)
+//                    set, which is the 99.5th percentile of S0 (photos: full scale, so that a photo looks as
+//                    before)
 //   masks/NAME.png   0 or 255, where the input has a mask
 //   pictures/NAME/   angle and degree of polarization and more as pictures, if asked for (view_pictures.h)
 // and views.json: {"polarized", "kind", "scale", "views": {NAME: {"hash", "files": {file: hash}}}}. A view is

@@ -69,10 +69,9 @@ std::string Describe(const GigeFeature& f, std::uint32_t address) {
 std::string PacketSizeBits(const std::string& name, const std::string& bits) {
   return fmt::format(
       "<MaskedIntReg "
-      "Name=\"{}Register\"><Address>0x{:X}</Address><Length>4</Length><AccessMode>RW</AccessMode>"
-      "<pPort>Device</pPort><Cachable>NoCache</Cachable>{}<Sign>Unsigned</Sign><Endianess>BigEndian</"
-      "Endianess>"
-      "</MaskedIntReg>\n",
+      "Name=\"{}Register\"><Address>0x{:X}</Address><Length>4</Length><AccessMode>RW</"
+      "AccessMode><pPort>Device</pPort><Cachable>NoCache</Cachable>{}<Sign>Unsigned</"
+      "Sign><Endianess>BigEndian</Endianess></MaskedIntReg>\n",
       name, std::uint32_t(GigeRegisters::kPacketSize), bits);
 }
 
@@ -119,13 +118,13 @@ std::string Description(const GigeIdentity& identity, const std::vector<GigeFeat
     nodes += Text(name, std::uint32_t(address), bytes);
   }
   return fmt::format(
-      "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n"
-      "<RegisterDescription ModelName=\"{}\" VendorName=\"{}\" ToolTip=\"\" StandardNameSpace=\"GEV\" "
-      "SchemaMajorVersion=\"1\" SchemaMinorVersion=\"1\" SchemaSubMinorVersion=\"0\" MajorVersion=\"1\" "
-      "MinorVersion=\"0\" SubMinorVersion=\"0\" ProductGuid=\"8D1F2B36-6C0B-4A41-9C0E-4E1E4B7C5A01\" "
+      "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<RegisterDescription ModelName=\"{}\" VendorName=\"{}\" "
+      "ToolTip=\"\" StandardNameSpace=\"GEV\" SchemaMajorVersion=\"1\" SchemaMinorVersion=\"1\" "
+      "SchemaSubMinorVersion=\"0\" MajorVersion=\"1\" MinorVersion=\"0\" SubMinorVersion=\"0\" "
+      "ProductGuid=\"8D1F2B36-6C0B-4A41-9C0E-4E1E4B7C5A01\" "
       "VersionGuid=\"8D1F2B36-6C0B-4A41-9C0E-4E1E4B7C5A02\" "
-      "xmlns=\"http://www.genicam.org/GenApi/Version_1_1\">\n"
-      "<Category Name=\"Root\">{}</Category>\n{}<Port Name=\"Device\"/>\n</RegisterDescription>\n",
+      "xmlns=\"http://www.genicam.org/GenApi/Version_1_1\">\n<Category Name=\"Root\">{}</Category>\n{}<Port "
+      "Name=\"Device\"/>\n</RegisterDescription>\n",
       identity.model, identity.vendor, names, nodes);
 }
 

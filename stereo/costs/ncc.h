@@ -52,8 +52,7 @@ struct PackedImage {
 PackedImage Pack(const Image<float>& gray);
 
 // The homography around the reference pixel: a sample at offset (dx, dy) falls on the source's continuous
-// image point
-// ((u0 + ux dx + uy dy) / w, (v0 + vx dx + vy dy) / w) with w = w0 + wx dx + wy dy.
+// image point ((u0 + ux dx + uy dy) / w, (v0 + vx dx + vy dy) / w) with w = w0 + wx dx + wy dy.
 struct Warp {
   float u0, ux, uy, v0, vx, vy, w0, wx, wy;
 };

@@ -136,9 +136,8 @@ std::string MaskFitWords(const std::map<std::string, double>& lost) {
   if (double(bad.size()) > kMostOfThem * double(lost.size()))
     return fmt::format(
         "masks and poses do not fit each other: {:.0f} % of the masks' pixels see no place that the other "
-        "masks allow. "
-        "Are the poses, the focal length or the masks of other pictures, or the poses written by another "
-        "convention?",
+        "masks allow. Are the poses, the focal length or the masks of other pictures, or the poses written "
+        "by another convention?",
         100 * mean);
   return fmt::format(
       "the mask{} of {} do{} not fit the others: inverted, turned, of another view, or is the pose another "

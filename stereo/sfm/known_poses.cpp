@@ -73,8 +73,7 @@ void RequireTwo(const SparseModel& kept, const SparseModel& given, const std::ve
                   Enumerate(ours, 3));
   const char* advice =
       "Names must be equal but for folder and extension; correct those in the model, or take it away, so "
-      "that "
-      "the poses come from the pictures";
+      "that the poses come from the pictures";
   if (kept.images.empty()) throw Error("no image of the model belongs to a view: " + names, where, advice);
   throw Error(
       fmt::format("only 1 of {} views has a known pose, at least 2 are needed: {}", views.size(), names),

@@ -27,8 +27,8 @@ bool NeedsColmap(const SfmOptions& options) { return options.triangulate || opti
 
 // Hash of pictures, masks, known model and options: all that the result depends on.
 std::string ResultHash(const fs::path& folder, const std::vector<View>& views,
-                       const std::optional<fs::path>& known, SfmOptions options) {
-  std::uint64_t hash = Hash(ToText(ToJson(Table(options))) + " 1");
+                       const std::optional<fs::path>& known, const SfmOptions& options) {
+  std::uint64_t hash = Hash(ToText(ValuesOf(options)) + " 1");
   for (const View& view : views) hash = HashFile(folder / view.PictureName(), Hash(view.name, hash));
   if (options.masks != "no" && (!known || NeedsColmap(options)))
     for (const View& view : views)

@@ -18,10 +18,8 @@ namespace {
 
 constexpr const char* kCures =
     "Usual causes are too little overlap (neighbours should share 75 %), blur, changes of exposure, and "
-    "objects without "
-    "texture. Take more pictures, put a printed sheet under the object, lengthen the depth of field, or give "
-    "known "
-    "poses (sparse/)";
+    "objects without texture. Take more pictures, put a printed sheet under the object, lengthen the depth "
+    "of field, or give known poses (sparse/)";
 constexpr const char* kPieceCures =
     "Take pictures that lead from one part to the other (neighbours should share 75 %), or scan each part by "
     "itself";
@@ -29,8 +27,7 @@ constexpr const char* kStillCures =
     "Usually the background, or a label on the lens, stands still in the pictures while the object turns, or "
     "all pictures are from one place. Give masks of the object (masks/NAME.png; with --sfm-masks yes only "
     "features inside of them count), cover the background with something plain, or move the camera instead "
-    "of "
-    "the object";
+    "of the object";
 constexpr double kLeastParallaxPx = 2;
 constexpr double kWidestDeg = 165;  // that a pinhole camera could see at all
 constexpr int kEnoughWithOne = 60;  // with one view: the mapper asks for 30 of them that it has points for

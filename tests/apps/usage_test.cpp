@@ -142,6 +142,10 @@ TEST_F(Usage, WithJsonErrorsAreOnStdoutTooWithTheSameExitCode) {
     EXPECT_EQ(error.at("exit_code"), code);
     EXPECT_EQ(error.at("kind"), code == kFailed ? "failed" : "wrong usage");
     EXPECT_NE(outcome.err.find(error.at("message").get<std::string>()), std::string::npos) << outcome.err;
+    EXPECT_EQ(error.contains("advice"), code == kFailed);
+    if (code == kFailed) {
+      EXPECT_EQ(error.at("where"), At("pictures"));
+    }
   }
 }
 

@@ -1,84 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The programs of tools/ against closed forms: of a sphere everything is known. What needs packages that are not installed is
-skipped, and says which."""
-import importlib.util
-import json
-import os
-import pathlib
-import subprocess
-import sys
-import tempfile
+"""The programs of tools/ against closed forms: of a sphere everything is known. Files, rays, and errors of maps and clouds;
+pictures are in test_rendering.py. What needs packages that are not installed is skipped, and says which."""
 import unittest
 
 import numpy as np
-
-TOOLS = pathlib.Path(__file__).parents[2] / 'tools'
-sys.dont_write_bytecode = True
-sys.path.insert(0, str(TOOLS))
-from files.maps import read_map, write_map  # noqa: E402
-from files.meshes import Mesh, read_mesh, read_points, write_mesh  # noqa: E402
-from files.model import View, quaternion_of, read_model, rotation_of, write_model  # noqa: E402
-from render.cameras import look_at_origin, unit_object  # noqa: E402
-from render.denoise import Features, denoise  # noqa: E402
-from render.stokes import ANGLES, behind_polarizer, of_angles, of_raw_frame, raw_frame, to_lens_frame  # noqa: E402
-from truth.distance import face_normals, sample  # noqa: E402
-from truth.first_hit import NONE, first_hits, object_hits, true_maps, true_normals, visible  # noqa: E402
-
-DISTANCE = 4.0
-
-
-def needs(*packages):
-    missing = [p for p in packages if importlib.util.find_spec(p) is None]
-    return unittest.skipIf(missing, f'python has no {", ".join(missing)}')
-
-
-def sphere(steps=4):
-    """The unit sphere as an octahedron whose triangles are halved `steps` times; normals are exact."""
-    v = [np.array(p, float) for p in ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1))]
-    f = [(a, b, c) if (a + b + c) % 2 else (b, a, c) for a in (0, 1) for b in (2, 3) for c in (4, 5)]
-    f = [t if np.linalg.det([v[k] for k in t]) > 0 else t[::-1] for t in f]
-    for _ in range(steps):
-        middle, halved = {}, []
-        for a, b, c in f:
-            m = []
-            for p, q in ((a, b), (b, c), (c, a)):
-                key = (min(p, q), max(p, q))
-                if key not in middle:
-                    middle[key] = len(v)
-                    v.append((v[p] + v[q]) / np.linalg.norm(v[p] + v[q]))
-                m.append(middle[key])
-            halved += [(a, m[0], m[2]), (m[0], b, m[1]), (m[2], m[1], c), tuple(m)]
-        f = halved
-    return Mesh(np.array(v), np.array(f), np.array(v))
-
-
-def views(count=3, width=80, height=60):
-    """Views of the unit sphere whose axes do not meet the origin's pixel at the picture's centre."""
-    turns = [look_at_origin(0.3 * k, 0.7 * k, 0.2 * k) for k in range(count)]
-    return [View(f'{k}.png', width, height, np.array([100.0, 104]), np.array([38.5, 31]), turn, np.array([0, 0, DISTANCE]))
-            for k, turn in enumerate(turns)]
-
-
-def exact_maps(view, offset=0.5):
-    """z-depth (0: nothing) and normals in the camera's frame of the unit sphere, in closed form."""
-    rays = view.rays(view.pixel_grid(offset))
-    square, along = (rays ** 2).sum(-1), rays @ view.translation
-    root = along ** 2 - square * (view.translation @ view.translation - 1)
-    depth = np.where(root > 0, (along - np.sqrt(root.clip(0))) / square, 0)
-    return depth, np.where(depth[..., None] > 0, rays * depth[..., None] - view.translation, 0)
-
-
-class InAFolder(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-
-    def run_tool(self, name, *words):
-        environment = {**os.environ, 'PYTHONDONTWRITEBYTECODE': '1'}
-        run = subprocess.run([sys.executable, TOOLS / name, *map(str, words)], capture_output=True, text=True, env=environment)
-        self.assertEqual(run.returncode, 0, run.stderr)
-        return json.loads(run.stdout)
+from known_sphere import DISTANCE, InAFolder, exact_maps, needs, sphere, views  # first: it finds tools/
+from files.maps import read_map, write_map
+from files.meshes import Mesh, read_mesh, read_points, write_mesh
+from files.model import quaternion_of, read_model, rotation_of, write_model
+from render.cameras import unit_object
+from truth.distance import face_normals, sample
+from truth.first_hit import NONE, first_hits, object_hits, true_maps, true_normals, visible
 
 
 class Files(InAFolder):
@@ -172,6 +104,27 @@ class Rays(unittest.TestCase):
         there, alone = true_maps(view, mesh)[0], true_maps(view, ball)[0]
         self.assertTrue((there[alone > 0] == alone[alone > 0]).all())
 
+    def test_a_floor_that_runs_under_the_camera_is_hit_at_its_height(self):
+        view = views(1)[0]
+        corners = np.array([[-900, 1, -900], [900, 1, -900], [0, 1, 900.0]]) - [0, 0, DISTANCE]  # y is down, in the camera's axes
+        floor = Mesh((corners - view.translation) @ view.rotation, np.array([[0, 1, 2]]), None)
+        depth, _ = true_maps(view, floor)
+        below = view.rays(view.pixel_grid())[..., 1] > 0.02
+        self.assertLess(np.abs(depth * view.rays(view.pixel_grid())[..., 1] - 1)[below].max(), 1e-9)
+        self.assertEqual(depth[:25].max(), 0)
+
+    def test_what_stands_before_a_surface_hides_it(self):
+        view, ball = views(1)[0], sphere(3)
+        points, triangle, _ = sample(ball, 5000, np.random.default_rng(4))
+        normals = face_normals(ball, triangle)
+        right = view.to_camera(points)[:, 0] > 0.01
+        plate = np.array([[0, -3, 2], [3, -3, 2], [3, 3, 2], [0, 3, 2.0]]) - view.translation  # before the right half
+        corners = np.vstack([ball.vertices, plate @ view.rotation])
+        both = Mesh(corners, np.vstack([ball.triangles, len(ball.vertices) + np.array([[0, 1, 2], [0, 2, 3]])]), None)
+        alone, hidden = visible(view, ball, points, normals, 1e-4), visible(view, both, points, normals, 1e-4)
+        self.assertGreater(alone[right].sum(), 500)
+        self.assertEqual(hidden[right].sum(), 0)
+
     def test_a_table_hides_the_object(self):
         view, ball = views(1)[0], sphere(3)
         corners = np.array([[-2, -2, 2], [2, -2, 2], [2, 0, 2], [-2, 0, 2.0]])  # before the lower half of the sphere
@@ -235,6 +188,11 @@ class Maps(InAFolder):
         self.assertAlmostEqual(mean['normal_degrees']['over_all']['mean'], 45 * missing, 3)
         self.assertGreater(mean['beyond'], 0.01)
 
+    def test_no_error_counts_as_more_than_the_penalty(self):
+        mean = self.evaluate(lambda d, n: (np.where(d > 0, d + 1, 0), -n), '--depth-penalty', 0.25, '--normal-penalty', 30)
+        self.assertAlmostEqual(mean['depth']['mean'], 1, 5)
+        self.assertEqual((mean['depth']['over_all']['mean'], mean['normal_degrees']['over_all']['mean']), (0.25, 30))
+
     def test_the_other_pixel_centre_is_told(self):
         right, wrong = self.evaluate(), self.evaluate(lambda d, n: (d, n), '--pixel-centre', 0)
         self.assertGreater(wrong['depth']['median'], 1e-3)
@@ -279,96 +237,6 @@ class Clouds(InAFolder):
         report = self.evaluate(cap, '--visible-from', self.folder / 'sparse', '--min-views', 3, '--threshold', 0.05)
         self.assertTrue(0.15 < report['visible_share'] < 0.375)
         self.assertGreater(report['thresholds']['0.05']['recall'], 0.75)
-
-
-class Light(unittest.TestCase):
-    def test_stokes_components_come_back_from_four_angles_and_from_a_raw_frame(self):
-        rng = np.random.default_rng(5)
-        s0 = rng.uniform(0.3, 0.9, (3, 4))
-        stokes = np.stack([s0, 0.3 * s0, -0.2 * s0])
-        self.assertTrue(np.allclose(of_angles({a: behind_polarizer(stokes, a) for a in ANGLES}), stokes))
-        even = np.repeat(np.repeat(stokes, 2, 1), 2, 2)
-        seen = np.mean([of_raw_frame(raw_frame(even, rng)) for _ in range(400)], 0)
-        self.assertLess(np.abs(seen - stokes).max(), 0.003)
-
-    def test_the_lens_frame_is_that_of_the_shortest_rotation(self):
-        view = views(1)[0]
-        rays = view.rays(np.array([[view.centre, view.centre + 40, view.centre - 40, view.centre + [40, -40]]]))
-        s0, s1, s2 = to_lens_frame(np.array([[[1.0] * 4], [[0.5] * 4], [[0.0] * 4]]), rays)
-        self.assertTrue(np.allclose(np.hypot(s1, s2), 0.5) and np.allclose(s0, 1))
-        self.assertTrue(np.allclose([s1[0, 0], s2[0, 0]], [0.5, 0]))
-        x, y = rays[0, 1, :2]  # by hand: the sine of the angle between the two references is x y / ((1 + |ray|) sqrt(1 + x^2))
-        turn = np.arcsin(x * y / ((1 + np.sqrt(1 + x * x + y * y)) * np.sqrt(1 + x * x)))
-        self.assertAlmostEqual(np.arctan2(s2[0, 1], s1[0, 1]) / 2, -turn)
-        self.assertAlmostEqual(s2[0, 1], s2[0, 2])
-        self.assertLess(s2[0, 1] * s2[0, 3], 0)
-
-    def test_denoising_keeps_what_is_linear_and_takes_noise_out(self):
-        y, x = np.mgrid[:20, :30] / 10.0
-        normal = np.dstack([0 * x, 0 * x, np.ones_like(x)])
-        features = Features(normal, np.dstack([x, y, 0 * x]), 0 * x, np.ones(x.shape, bool))
-        plane = (2 + 0.5 * x - 0.3 * y)[:, :, None]
-        self.assertLess(np.abs(denoise(plane, features, 3, 0.1) - plane).max(), 0.01)
-        noise = np.random.default_rng(2).normal(0, 1, plane.shape)
-        self.assertLess(denoise(noise, features, 3, 0.1).std(), 0.35)
-        beyond = Features(normal, np.dstack([x, y, np.where(x > 1.5, 9, 0)]), 0 * x, np.ones(x.shape, bool))
-        step = np.where(x > 1.5, 5.0, 1.0)[:, :, None]
-        self.assertLess(np.abs(denoise(step, beyond, 3, 0.1) - step).max(), 1e-6)  # nothing crosses a step in depth
-
-
-@needs('PIL')
-class Sets(InAFolder):
-    """tools/check_set.py on sets whose angles of polarization are made up from the sphere's normals."""
-
-    def check(self, turn, offset=0):
-        from files.pictures import write_png
-        mesh = sphere(5)
-        write_mesh(self.folder / 'truth/mesh.ply', mesh)
-        write_model(self.folder / 'sparse', views())
-        for view in views():
-            depth, normals = exact_maps(view)
-            rays = view.rays(view.pixel_grid())
-            flat = normals[..., :2] - normals[..., 2:] * rays[..., :2]
-            aop = turn * np.arctan2(-flat[..., 1], flat[..., 0]) + np.radians(offset)
-            seen = np.where(depth > 0, 0.5, 0)
-            stokes = seen * np.stack([np.ones_like(aop), 0.2 * np.cos(2 * aop), 0.2 * np.sin(2 * aop)])
-            for a in ANGLES:
-                write_png(self.folder / f'I-{a:02d}' / view.name, (65535 * behind_polarizer(stokes, a)).round().astype('u2'))
-            write_png(self.folder / 'masks' / view.name, (255 * (depth > 0)).astype('u1'))
-        return self.run_tool('check_set.py', self.folder)
-
-    def test_diffuse_specular_and_turned_light_are_told_apart(self):
-        diffuse, specular, turned = (self.check(1, offset) for offset in (0, 90, 5))
-        for report in (diffuse, specular):
-            self.assertLess(report['aop_off_azimuth_deg'], 0.1)
-            self.assertAlmostEqual(report['polarized'], 1, 1)
-            self.assertGreater(report['least_mask_overlap'], 0.97)
-            self.assertAlmostEqual(report['dop_median'], 0.2, 3)
-        self.assertGreater(diffuse['diffuse'], 0.99)
-        self.assertGreater(specular['specular'], 0.99)
-        self.assertAlmostEqual(turned['signed_deg'], 5, 1)
-
-    def test_light_that_is_counted_clockwise_is_told(self):
-        report = self.check(-1)
-        self.assertLess(report['mirrored_deg'], 0.1)
-        self.assertGreater(report['aop_off_azimuth_deg'], 15)
-
-
-@needs('PIL', 'mitsuba')
-class Rendering(InAFolder):
-    def test_a_rendered_sphere_polarizes_as_its_normals_say(self):
-        write_mesh(self.folder / 'sphere.ply', sphere(4))
-        made = self.run_tool('render_polar.py', self.folder / 'sphere.ply', self.folder / 'set', '--rings', '20:2', '--width', 64,
-                             '--height', 48, '--spp', 16, '--texture', 'none', '--light', 'overcast', '--albedo', 0.1)
-        self.assertEqual(made['views'], 2)
-        report = self.run_tool('check_set.py', self.folder / 'set')
-        self.assertLess(abs(report['signed_deg']), 1)
-        self.assertLess(report['aop_off_azimuth_deg'], 6)
-        self.assertGreater(report['mirrored_deg'], 15)
-        self.assertGreater(report['polarized'], 0.5)
-        self.assertGreater(report['least_mask_overlap'], 0.95)
-        view = read_model(self.folder / 'set/sparse')[0]
-        self.assertLess(abs(view.translation[2] - DISTANCE), 2)
 
 
 if __name__ == '__main__':

@@ -70,11 +70,9 @@ std::string Renumber(const std::string& table, const std::string& id, const std:
 
 constexpr const char* kOrder =
     "CREATE TEMP TABLE image_numbers AS SELECT image_id AS old, row_number() OVER (ORDER BY name) AS new "
-    "FROM images;"
-    "CREATE TEMP TABLE camera_numbers AS SELECT camera_id AS old, row_number() OVER (ORDER BY min(name)) AS "
-    "new "
-    "FROM images GROUP BY camera_id;"
-    "DELETE FROM cameras WHERE camera_id NOT IN (SELECT old FROM camera_numbers);";
+    "FROM images;CREATE TEMP TABLE camera_numbers AS SELECT camera_id AS old, row_number() OVER (ORDER BY "
+    "min(name)) AS new FROM images GROUP BY camera_id;DELETE FROM cameras WHERE camera_id NOT IN (SELECT old "
+    "FROM camera_numbers);";
 
 // The pictures' numbers in a pair's: smaller one * 2147483647 + larger one.
 std::pair<std::uint32_t, std::uint32_t> PairOf(std::int64_t pair_id) {

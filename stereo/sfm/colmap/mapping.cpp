@@ -186,13 +186,12 @@ void MatchFeatures(const Mapping& m, const std::string& matcher) {
   const int code = exit_code >= 0 ? exit_code : MatchByColmap(m, matcher);
   const auto images = ReadDatabase(m);
   if (std::ranges::none_of(images, [](const auto& image) { return !image.second.partners.empty(); }))
-    throw Error(
-        fmt::format("COLMAP found no two pictures that match (exit code {}, last complaint: \"{}\")", code,
-                    m.colmap.Complaint()),
-        (m.folder / "colmap.log").string(),
-        "Neighbouring pictures must overlap by about 75 % and show some texture: put a printed sheet "
-        "under the "
-        "object, take more pictures, or give known poses (sparse/ beside the pictures, all in one folder)");
+    throw Error(fmt::format("COLMAP found no two pictures that match (exit code {}, last complaint: \"{}\")",
+                            code, m.colmap.Complaint()),
+                (m.folder / "colmap.log").string(),
+                "Neighbouring pictures must overlap by about 75 % and show some texture: put a printed sheet "
+                "under the object, take more pictures, or give known poses (sparse/ beside the pictures, all "
+                "in one folder)");
 }
 
 std::vector<SparseModel> ReadModels(const fs::path& models, Progress& progress) {
