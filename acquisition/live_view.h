@@ -5,7 +5,7 @@
 #include <string>
 
 #include "acquisition/camera/frame.h"
-#include "demosaic/sensor.h"
+#include "demosaic/sensor/sensor.h"
 #include "demosaic/stokes.h"
 
 namespace polarscan {

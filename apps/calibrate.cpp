@@ -7,13 +7,13 @@
 #include "acquisition/calibration_frames.h"
 #include "acquisition/session/exchange.h"
 #include "apps/command.h"
-#include "core/files.h"
+#include "core/files/files.h"
 #include "demosaic/calibration/dark.h"
-#include "demosaic/calibration/find_layout.h"
 #include "demosaic/calibration/flat.h"
 #include "demosaic/calibration/pictures.h"
-#include "demosaic/calibration/polarizer.h"
-#include "demosaic/calibration/polarizer_options.h"
+#include "demosaic/calibration/polarizer/find_layout.h"
+#include "demosaic/calibration/polarizer/polarizer.h"
+#include "demosaic/calibration/polarizer/polarizer_options.h"
 
 namespace polarscan {
 namespace fs = std::filesystem;

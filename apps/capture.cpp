@@ -12,15 +12,15 @@
 
 #include "acquisition/input/input.h"
 #include "acquisition/session/session_writer.h"
-#include "apps/capture_screen.h"
 #include "apps/command.h"
+#include "apps/live/capture_screen.h"
 #include "core/words.h"
 #include "simulation/cameras.h"
 
 namespace polarscan {
 namespace {
 
-struct Arguments {
+struct CaptureArguments {
   std::string session, camera;
   std::vector<std::string> features;
   double wait_s = 0;
@@ -88,7 +88,7 @@ std::string CamerasThereAre(const std::string& id, const Progress& progress) {
 }
 
 // A camera that is not there yet is looked for until a.wait_s have passed.
-std::unique_ptr<Camera> FindCamera(const Arguments& a, const Context& context) {
+std::unique_ptr<Camera> FindCamera(const CaptureArguments& a, const Context& context) {
   using Clock = std::chrono::steady_clock;
   const auto end = Clock::now() + std::chrono::duration<double>(a.wait_s);
   while (true) {
@@ -117,7 +117,7 @@ void SetFeatures(Camera& camera, const std::vector<std::string>& features) {
   }
 }
 
-void Run(const Arguments& a, const nlohmann::json& sensor, Context& context) {
+void Run(const CaptureArguments& a, const nlohmann::json& sensor, Context& context) {
   RequireNewSessionFolder(a.session);
   const std::unique_ptr<Camera> camera = FindCamera(a, context);
   SetFeatures(*camera, a.features);
@@ -188,7 +188,7 @@ void WatchCameras(Context& context) {
 }  // namespace
 
 void AddCaptureCommand(CLI::App& app, Context& context) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<CaptureArguments>();
   CLI::App* command = app.add_subcommand("capture", "Record a camera into a session; Ctrl-C ends it");
   command->add_option("-o,--output", a->session, "The session's folder, new or empty")
       ->required()

@@ -5,15 +5,15 @@
 #include <functional>
 
 #include "acquisition/session/session.h"
-#include "apps/check_input.h"
-#include "apps/check_session.h"
+#include "apps/checks/check_input.h"
+#include "apps/checks/check_session.h"
 #include "core/error.h"
-#include "core/files.h"
-#include "core/image_io.h"
+#include "core/files/files.h"
+#include "core/formats/image_io.h"
 #include "demosaic/calibration/calibration.h"
 #include "pipeline/check_files.h"
 #include "pipeline/scan.h"
-#include "stereo/dense/colmap_workspace.h"
+#include "stereo/dense/colmap/colmap_workspace.h"
 
 namespace polarscan {
 namespace {

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <iostream>
 
-#include "core/files.h"
+#include "core/files/files.h"
 #include "core/words.h"
 
 namespace polarscan {

@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "apps/interrupt.h"
-#include "apps/terminal.h"
+#include "apps/terminal/interrupt.h"
+#include "apps/terminal/terminal.h"
 #include "core/error.h"
 #include "core/options.h"
 #include "stereo/options.h"

@@ -4,7 +4,7 @@
 #include "acquisition/input/forms.h"
 #include "apps/command.h"
 #include "core/error.h"
-#include "core/files.h"
+#include "core/files/files.h"
 #include "pipeline/views/views.h"
 
 namespace polarscan {

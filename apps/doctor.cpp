@@ -10,7 +10,7 @@
 #include "acquisition/host/tasks.h"
 #include "acquisition/host/usb.h"
 #include "apps/command.h"
-#include "core/files.h"
+#include "core/files/files.h"
 #include "simulation/cameras.h"
 #include "stereo/sfm/colmap/colmap.h"
 

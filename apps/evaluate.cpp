@@ -6,7 +6,7 @@
 
 #include "apps/command.h"
 #include "core/error.h"
-#include "core/files.h"
+#include "core/files/files.h"
 #include "core/similarity.h"
 #include "evaluation/evaluate_scan.h"
 #include "evaluation/table.h"

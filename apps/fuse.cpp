@@ -2,10 +2,10 @@
 #include <fmt/format.h>
 
 #include "apps/command.h"
-#include "core/files.h"
+#include "core/files/files.h"
 #include "fusion/cloud/cloud.h"
 #include "pipeline/stages.h"
-#include "stereo/dense/colmap_workspace.h"
+#include "stereo/dense/colmap/colmap_workspace.h"
 
 namespace polarscan {
 namespace {

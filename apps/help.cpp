@@ -5,11 +5,11 @@
 #include <iostream>
 
 #include "apps/command.h"
-#include "apps/completion.h"
-#include "apps/man_page.h"
-#include "apps/option_words.h"
-#include "apps/usage.h"
-#include "core/files.h"
+#include "apps/words/completion.h"
+#include "apps/words/man_page.h"
+#include "apps/words/option_words.h"
+#include "apps/words/usage.h"
+#include "core/files/files.h"
 
 namespace polarscan {
 namespace {

@@ -11,13 +11,13 @@
 #include <optional>
 
 #include "apps/command.h"
-#include "apps/config_file.h"
-#include "apps/help_text.h"
-#include "apps/interrupt.h"
-#include "apps/memory_limit.h"
-#include "apps/usage.h"
+#include "apps/terminal/config_file.h"
+#include "apps/terminal/interrupt.h"
+#include "apps/terminal/memory_limit.h"
+#include "apps/words/help_text.h"
+#include "apps/words/usage.h"
 #include "core/error.h"
-#include "core/files.h"
+#include "core/files/files.h"
 #include "core/words.h"
 
 namespace polarscan {

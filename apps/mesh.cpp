@@ -3,7 +3,7 @@
 
 #include "apps/command.h"
 #include "core/error.h"
-#include "core/files.h"
+#include "core/files/files.h"
 #include "fusion/mesh_files.h"
 #include "pipeline/stages.h"
 

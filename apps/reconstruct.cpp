@@ -7,7 +7,7 @@
 #include "acquisition/input/masks.h"
 #include "apps/command.h"
 #include "core/error.h"
-#include "core/files.h"
+#include "core/files/files.h"
 #include "core/words.h"
 #include "pipeline/stages.h"
 #include "report/report.h"
@@ -16,7 +16,7 @@ namespace polarscan {
 namespace fs = std::filesystem;
 namespace {
 
-struct Arguments {
+struct ReconstructArguments {
   std::vector<fs::path> inputs;
   fs::path scan;
   InputOptions meaning;
@@ -31,7 +31,7 @@ struct Arguments {
 
 // The whole pipeline, one line a stage. Where the pictures do not make a cloud or a mesh the report says why,
 // and what to shoot next.
-void RunStages(Scan& scan, const Input& input, const Arguments& a) {
+void RunStages(Scan& scan, const Input& input, const ReconstructArguments& a) {
   RunViews(scan, input, a.demosaic);
   RunSfm(scan, input.known_model, WithMasksOf(a.sfm, a.dense));
   RunDense(scan, a.dense);
@@ -55,7 +55,7 @@ double StereoRate(const std::string& preset) {
 }
 
 // What stereo, which takes most of the time, would take.
-nlohmann::json StereoTime(const Input& input, const Arguments& a) {
+nlohmann::json StereoTime(const Input& input, const ReconstructArguments& a) {
   const int longer = std::max(input.width, input.height), limit = a.dense.max_image_size;
   const double scale = limit > 0 && limit < longer ? double(limit) / longer : 1;
   const double megapixels = double(input.views.size()) * input.width * input.height * scale * scale / 1e6;
@@ -103,7 +103,7 @@ std::uint64_t FingerprintOf(const std::vector<fs::path>& inputs, const fs::path&
   return all;
 }
 
-void Reconstruct(const Arguments& a, Context& context) {
+void Reconstruct(const ReconstructArguments& a, Context& context) {
   const Input input = OpenInputs(a.inputs, a.meaning, context.progress);
   context.progress.Info(fmt::format("{} views, {}", input.views.size(), ToString(input.kind)));
   RequireTwoViews(input);
@@ -130,7 +130,7 @@ void Reconstruct(const Arguments& a, Context& context) {
 }  // namespace
 
 void AddReconstructCommand(CLI::App& app, Context& context) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<ReconstructArguments>();
   CLI::App* command =
       app.add_subcommand("reconstruct", "From pictures to a cloud, a mesh and a report; again: goes on");
   command

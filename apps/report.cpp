@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 
 #include "apps/command.h"
-#include "core/files.h"
+#include "core/files/files.h"
 #include "pipeline/scan.h"
 #include "report/report.h"
 

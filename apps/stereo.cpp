@@ -5,10 +5,10 @@
 
 #include "apps/command.h"
 #include "core/error.h"
-#include "core/files.h"
+#include "core/files/files.h"
 #include "pipeline/stages.h"
 #include "pipeline/stereo/stereo.h"
-#include "stereo/dense/colmap_workspace.h"
+#include "stereo/dense/colmap/colmap_workspace.h"
 #include "stereo/workspace.h"
 
 namespace polarscan {

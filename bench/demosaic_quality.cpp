@@ -15,8 +15,8 @@
 #include "core/error.h"
 #include "core/random.h"
 #include "demosaic/bayer.h"
-#include "demosaic/bilinear.h"
-#include "demosaic/sharp.h"
+#include "demosaic/methods/bilinear.h"
+#include "demosaic/methods/sharp.h"
 #include "demosaic/stokes.h"
 
 namespace polarscan::bench {

@@ -18,7 +18,7 @@
 #include "bench/timing.h"
 #include "core/parallel.h"
 #include "core/random.h"
-#include "demosaic/fused.h"
+#include "demosaic/fused/fused.h"
 #include "demosaic/method.h"
 #include "demosaic/polar_view.h"
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// fit_kernels TRUTH OUTPUT: fits the kernels of demosaic/linear.h to all planes in TRUTH
-// (bench/ground_truth.h) and writes them as demosaic/linear_kernels.inc.
+// fit_kernels TRUTH OUTPUT: fits the kernels of demosaic/methods/linear.h to all planes in TRUTH
+// (bench/ground_truth.h) and writes them as demosaic/methods/linear_kernels.inc.
 #include <fmt/format.h>
 
 #include <cstdio>
 
 #include "bench/kernel_fit.h"
 #include "core/error.h"
-#include "core/files.h"
+#include "core/files/files.h"
 
 namespace polarscan::bench {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "core/error.h"
-#include "core/image_io.h"
+#include "core/formats/image_io.h"
 
 namespace polarscan::bench {
 namespace {

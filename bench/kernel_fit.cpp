@@ -4,10 +4,10 @@
 #include <Eigen/LU>
 #include <functional>
 
-#include "demosaic/bilinear.h"
-#include "demosaic/guide.h"
-#include "demosaic/residual.h"
-#include "demosaic/sharp.h"
+#include "demosaic/methods/bilinear.h"
+#include "demosaic/methods/guide.h"
+#include "demosaic/methods/residual.h"
+#include "demosaic/methods/sharp.h"
 
 namespace polarscan::bench {
 namespace {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "bench/ground_truth.h"
-#include "demosaic/linear.h"
+#include "demosaic/methods/linear.h"
 
 namespace polarscan::bench {
 
@@ -16,7 +16,7 @@ struct Normal {
   Normal& operator+=(const Normal& other);
 };
 
-// What the kernels of demosaic/linear.h are fitted from: the sums over planes of ground truth. Planes of
+// What the kernels of demosaic/methods/linear.h are fitted from: the sums over planes of ground truth. Planes of
 // different scenes are added up, or left out, before they are solved.
 // S0 counts each plane by the inverse of bilinear interpolation's squared error, as the mean of PSNRs does;
 // S1 and S2 each pixel by 1 / (S0 + 0.05), towards the error of the degree of polarization.

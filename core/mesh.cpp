@@ -7,11 +7,11 @@
 #include <cmath>
 #include <map>
 
-#include "core/bytes.h"
 #include "core/error.h"
-#include "core/files.h"
-#include "core/mesh_formats.h"
-#include "core/ply.h"
+#include "core/files/bytes.h"
+#include "core/files/files.h"
+#include "core/formats/mesh_formats.h"
+#include "core/formats/ply.h"
 #include "core/words.h"
 
 namespace polarscan {

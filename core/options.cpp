@@ -7,7 +7,7 @@
 #include <algorithm>
 
 #include "core/error.h"
-#include "core/files.h"
+#include "core/files/files.h"
 #include "core/words.h"
 
 namespace polarscan {

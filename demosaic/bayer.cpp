@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "core/parallel.h"
-#include "demosaic/bilinear.h"
-#include "demosaic/reflect.h"
-#include "demosaic/residual.h"
+#include "demosaic/methods/bilinear.h"
+#include "demosaic/methods/reflect.h"
+#include "demosaic/methods/residual.h"
 
 namespace polarscan {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
-#include "demosaic/noise.h"
+#include "demosaic/sensor/noise.h"
 
 namespace polarscan {
 namespace {

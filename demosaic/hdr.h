@@ -2,7 +2,7 @@
 #pragma once
 #include <vector>
 
-#include "demosaic/lit_mosaic.h"
+#include "demosaic/sensor/lit_mosaic.h"
 
 namespace polarscan {
 

@@ -4,13 +4,13 @@
 #include <cmath>
 
 #include "core/error.h"
-#include "demosaic/bilinear.h"
-#include "demosaic/difference.h"
-#include "demosaic/linear.h"
-#include "demosaic/newton.h"
-#include "demosaic/residual.h"
-#include "demosaic/sharp.h"
-#include "demosaic/superpixel.h"
+#include "demosaic/methods/bilinear.h"
+#include "demosaic/methods/difference.h"
+#include "demosaic/methods/linear.h"
+#include "demosaic/methods/newton.h"
+#include "demosaic/methods/residual.h"
+#include "demosaic/methods/sharp.h"
+#include "demosaic/methods/superpixel.h"
 
 namespace polarscan {
 namespace {

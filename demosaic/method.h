@@ -7,7 +7,7 @@
 
 #include "core/image.h"
 #include "core/options.h"
-#include "demosaic/layout.h"
+#include "demosaic/sensor/layout.h"
 
 namespace polarscan {
 

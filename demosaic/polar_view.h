@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "core/image_io.h"
-#include "demosaic/lit_mosaic.h"
+#include "core/formats/image_io.h"
 #include "demosaic/method.h"
-#include "demosaic/sensor.h"
+#include "demosaic/sensor/lit_mosaic.h"
+#include "demosaic/sensor/sensor.h"
 #include "demosaic/stokes.h"
 
 namespace polarscan {

@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "core/error.h"
-#include "core/image_io.h"
+#include "core/formats/image_io.h"
 
 namespace polarscan {
 namespace {

@@ -9,8 +9,8 @@
 #include <optional>
 
 #include "core/error.h"
-#include "core/files.h"
-#include "core/ply.h"
+#include "core/files/files.h"
+#include "core/formats/ply.h"
 #include "core/shrink.h"
 #include "core/statistics.h"
 #include "evaluation/files.h"

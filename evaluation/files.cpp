@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <set>
 
-#include "core/files.h"
-#include "core/image_io.h"
+#include "core/files/files.h"
+#include "core/formats/image_io.h"
 #include "evaluation/pictures.h"
 #include "evaluation/plots.h"
 #include "fusion/cloud/cloud.h"

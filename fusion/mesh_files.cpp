@@ -7,10 +7,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/bytes.h"
 #include "core/error.h"
-#include "core/files.h"
-#include "core/ply.h"
+#include "core/files/bytes.h"
+#include "core/files/files.h"
+#include "core/formats/ply.h"
 #include "core/words.h"
 
 namespace polarscan {

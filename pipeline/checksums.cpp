@@ -8,7 +8,7 @@
 #include <ctime>
 
 #include "core/error.h"
-#include "core/files.h"
+#include "core/files/files.h"
 
 namespace polarscan {
 namespace fs = std::filesystem;

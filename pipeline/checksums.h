@@ -17,7 +17,7 @@ std::vector<std::filesystem::path> FilesBelow(const std::filesystem::path& path)
 
 struct FileSum {
   std::uintmax_t bytes = 0;
-  std::string hash;  // core/files.h: ToHex(HashFile)
+  std::string hash;  // core/files/files.h: ToHex(HashFile)
   // The system's time of the last change of anything about it; 0: too recent to trust.
   std::int64_t changed_ns = 0;
 };

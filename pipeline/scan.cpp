@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "core/error.h"
-#include "core/files.h"
-#include "core/temporaries.h"
+#include "core/files/files.h"
+#include "core/files/temporaries.h"
 #include "core/words.h"
 
 namespace polarscan {

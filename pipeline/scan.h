@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/descriptor.h"
+#include "core/files/descriptor.h"
 #include "core/progress.h"
 #include "pipeline/checksums.h"
 #include "pipeline/scan_state.h"

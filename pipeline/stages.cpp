@@ -5,9 +5,9 @@
 #include <algorithm>
 
 #include "core/error.h"
-#include "core/files.h"
+#include "core/files/files.h"
 #include "core/words.h"
-#include "demosaic/layout.h"
+#include "demosaic/sensor/layout.h"
 #include "pipeline/aop_check.h"
 #include "pipeline/stereo/stereo.h"
 #include "pipeline/views/views.h"

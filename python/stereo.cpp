@@ -9,7 +9,7 @@
 #include <future>
 #include <optional>
 
-#include "core/image_io.h"
+#include "core/formats/image_io.h"
 #include "demosaic/false_colour.h"
 #include "pipeline/stereo/stereo.h"
 #include "python/arrays.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/compare_page.h"
 
-#include "core/files.h"
-#include "core/image_io.h"
+#include "core/files/files.h"
+#include "core/formats/image_io.h"
 #include "demosaic/false_colour.h"
 #include "evaluation/table.h"
 #include "report/page_text.h"

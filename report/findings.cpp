@@ -10,7 +10,7 @@
 
 #include "core/statistics.h"
 #include "fusion/cloud/fuse.h"
-#include "report/cloud.h"
+#include "report/scene/cloud.h"
 
 namespace polarscan {
 namespace {

@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "report/directions.h"
-#include "report/sample.h"
+#include "report/scene/directions.h"
+#include "report/scene/sample.h"
 
 namespace polarscan {
 

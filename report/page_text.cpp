@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/page_text.h"
 
-#include "core/files.h"
+#include "core/files/files.h"
 
 namespace polarscan {
 

@@ -2,7 +2,7 @@
 #include "report/pictures.h"
 
 #include "core/error.h"
-#include "core/image_io.h"
+#include "core/formats/image_io.h"
 #include "core/shrink.h"
 #include "core/statistics.h"
 #include "demosaic/false_colour.h"

@@ -2,20 +2,20 @@
 #include "report/report.h"
 
 #include "core/error.h"
-#include "core/files.h"
-#include "core/image_io.h"
+#include "core/files/files.h"
+#include "core/formats/image_io.h"
 #include "core/words.h"
 #include "demosaic/false_colour.h"
 #include "evaluation/files.h"
 #include "evaluation/plots.h"
 #include "fusion/cloud/fuse.h"
 #include "pipeline/scan.h"
-#include "report/cloud.h"
 #include "report/findings.h"
-#include "report/mesh.h"
 #include "report/page_text.h"
 #include "report/pages.h"
-#include "report/views.h"
+#include "report/scene/cloud.h"
+#include "report/scene/mesh.h"
+#include "report/scene/views.h"
 
 namespace fs = std::filesystem;
 using nlohmann::json;

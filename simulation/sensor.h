@@ -3,7 +3,7 @@
 #include <cstdint>
 
 #include "core/random.h"
-#include "demosaic/layout.h"
+#include "demosaic/sensor/layout.h"
 
 namespace polarscan {
 

@@ -9,7 +9,7 @@
 #include "acquisition/camera/pacer.h"
 #include "core/error.h"
 #include "core/parallel.h"
-#include "demosaic/pixel_format.h"
+#include "demosaic/sensor/pixel_format.h"
 
 namespace polarscan {
 namespace {

@@ -7,8 +7,8 @@
 #include <numbers>
 
 #include "core/error.h"
-#include "core/files.h"
-#include "core/image_io.h"
+#include "core/files/files.h"
+#include "core/formats/image_io.h"
 #include "simulation/scene/shapes.h"
 
 namespace polarscan {

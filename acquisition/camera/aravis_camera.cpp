@@ -20,7 +20,7 @@
 #include "acquisition/camera/pacer.h"
 #include "acquisition/camera/returning_camera.h"
 #include "core/error.h"
-#include "demosaic/pixel_format.h"
+#include "demosaic/sensor/pixel_format.h"
 
 namespace polarscan {
 namespace {

@@ -12,7 +12,7 @@ struct FrameInfo {
   std::uint64_t sequence = 0;  // the camera's frame number, unwrapped: a gap means frames that never came
   std::int64_t camera_time_ns = 0;  // by the camera's clock; 0: unknown
   std::int64_t host_time_ns = 0;    // Unix time at which the frame was complete here
-  std::string pixel_format;         // its PFNC name (demosaic/pixel_format.h)
+  std::string pixel_format;         // its PFNC name (demosaic/sensor/pixel_format.h)
   int width = 0, height = 0;        // px
   int stride = 0;                   // bytes from row to row; 0: no padding
   double exposure_us = std::numeric_limits<double>::quiet_NaN();

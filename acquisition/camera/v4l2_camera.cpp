@@ -21,9 +21,9 @@
 #include "acquisition/camera/v4l2/controls.h"
 #include "acquisition/camera/v4l2/device.h"
 #include "acquisition/camera/v4l2/formats.h"
-#include "core/descriptor.h"
 #include "core/error.h"
-#include "demosaic/pixel_format.h"
+#include "core/files/descriptor.h"
+#include "demosaic/sensor/pixel_format.h"
 
 namespace polarscan {
 namespace {

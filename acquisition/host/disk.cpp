@@ -10,8 +10,8 @@
 #include <cerrno>
 #include <chrono>
 
-#include "core/descriptor.h"
-#include "core/files.h"
+#include "core/files/descriptor.h"
+#include "core/files/files.h"
 #include "core/random.h"
 
 namespace polarscan {

@@ -11,8 +11,8 @@
 
 #include "acquisition/input/angles.h"
 #include "core/error.h"
-#include "core/image_io.h"
-#include "core/view_name.h"
+#include "core/files/view_name.h"
+#include "core/formats/image_io.h"
 #include "core/words.h"
 
 namespace polarscan {

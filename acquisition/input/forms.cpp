@@ -10,8 +10,8 @@
 #include "acquisition/input/files.h"
 #include "acquisition/input/untaken.h"
 #include "core/error.h"
-#include "core/files.h"
-#include "core/tiff_pages.h"
+#include "core/files/files.h"
+#include "core/formats/tiff_pages.h"
 
 namespace polarscan {
 namespace {

@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "acquisition/session/session_reader.h"
-#include "core/image_io.h"
+#include "core/formats/image_io.h"
 #include "core/options.h"
 #include "core/progress.h"
 #include "demosaic/calibration/calibration.h"
-#include "demosaic/sensor.h"
+#include "demosaic/sensor/sensor.h"
 
 namespace polarscan {
 

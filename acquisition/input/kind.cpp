@@ -9,9 +9,9 @@
 #include "acquisition/input/stokes.h"
 #include "acquisition/input/untaken.h"
 #include "core/error.h"
-#include "core/exr.h"
-#include "core/files.h"
-#include "core/tiff_pages.h"
+#include "core/files/files.h"
+#include "core/formats/exr.h"
+#include "core/formats/tiff_pages.h"
 #include "core/words.h"
 
 namespace polarscan {

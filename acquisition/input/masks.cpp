@@ -9,8 +9,8 @@
 
 #include "acquisition/input/files.h"
 #include "core/error.h"
+#include "core/formats/picture_tags.h"
 #include "core/parallel.h"
-#include "core/picture_tags.h"
 #include "core/words.h"
 
 namespace polarscan {

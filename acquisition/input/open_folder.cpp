@@ -13,8 +13,8 @@
 #include "acquisition/input/untaken.h"
 #include "acquisition/session/session_views.h"
 #include "core/error.h"
-#include "core/files.h"
-#include "core/picture_tags.h"
+#include "core/files/files.h"
+#include "core/formats/picture_tags.h"
 
 namespace polarscan {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "acquisition/session/session_views.h"
 #include "core/error.h"
-#include "core/files.h"
+#include "core/files/files.h"
 #include "core/words.h"
 
 namespace polarscan {

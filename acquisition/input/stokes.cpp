@@ -10,8 +10,8 @@
 
 #include "acquisition/input/files.h"
 #include "core/error.h"
-#include "core/exr.h"
-#include "core/tiff_pages.h"
+#include "core/formats/exr.h"
+#include "core/formats/tiff_pages.h"
 #include "core/words.h"
 
 namespace polarscan {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/image_io.h"
+#include "core/formats/image_io.h"
 
 namespace polarscan {
 

@@ -10,8 +10,8 @@
 
 #include "acquisition/input/files.h"
 #include "core/error.h"
-#include "core/exr.h"
-#include "core/picture_header.h"
+#include "core/formats/exr.h"
+#include "core/formats/picture_header.h"
 #include "core/words.h"
 
 namespace polarscan {

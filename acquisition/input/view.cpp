@@ -11,9 +11,9 @@
 #include "acquisition/input/stokes.h"
 #include "acquisition/session/session_views.h"
 #include "core/error.h"
-#include "core/tiff_pages.h"
+#include "core/formats/tiff_pages.h"
 #include "demosaic/hdr.h"
-#include "demosaic/pixel_format.h"
+#include "demosaic/sensor/pixel_format.h"
 
 namespace polarscan {
 namespace {

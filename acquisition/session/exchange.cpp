@@ -12,8 +12,8 @@
 #include "acquisition/session/session_views.h"
 #include "acquisition/session/session_writer.h"
 #include "core/error.h"
-#include "core/files.h"
-#include "demosaic/pixel_format.h"
+#include "core/files/files.h"
+#include "demosaic/sensor/pixel_format.h"
 
 namespace polarscan {
 namespace {

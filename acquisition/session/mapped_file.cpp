@@ -6,8 +6,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "core/descriptor.h"
-#include "core/files.h"
+#include "core/files/descriptor.h"
+#include "core/files/files.h"
 
 namespace polarscan {
 

@@ -8,7 +8,7 @@
 
 #include "acquisition/session/mapped_file.h"
 #include "core/error.h"
-#include "core/files.h"
+#include "core/files/files.h"
 
 namespace polarscan {
 namespace {

@@ -7,7 +7,7 @@
 #include <map>
 
 #include "core/error.h"
-#include "demosaic/pixel_format.h"
+#include "demosaic/sensor/pixel_format.h"
 
 namespace polarscan {
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 #include "acquisition/session/record.h"
 #include "acquisition/session/session.h"
-#include "core/append_file.h"
+#include "core/files/append_file.h"
 
 namespace polarscan {
 

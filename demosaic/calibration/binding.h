@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "demosaic/layout.h"
+#include "demosaic/sensor/layout.h"
 
 namespace polarscan {
 

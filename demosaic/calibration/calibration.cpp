@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 
 #include "core/error.h"
-#include "core/files.h"
-#include "core/image_io.h"
+#include "core/files/files.h"
+#include "core/formats/image_io.h"
 #include "core/words.h"
 
 namespace polarscan {

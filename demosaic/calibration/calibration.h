@@ -5,7 +5,7 @@
 #include <string>
 
 #include "demosaic/calibration/binding.h"
-#include "demosaic/lit_mosaic.h"
+#include "demosaic/sensor/lit_mosaic.h"
 
 namespace polarscan {
 

@@ -17,7 +17,7 @@ constexpr double kBrightestDark = 0.25;  // of the white level: more is light
 constexpr double kMostOverBlack = 0.1;   // of the range, over the black level that was said
 constexpr double kMostUneven = 0.02;     // of the white level, between parts of the picture or polarizers
 constexpr int kParts = 8;                // of the picture's shorter side
-constexpr double kRounding = 1.0 / 12;   // variance, DN^2
+constexpr double kRoundingVariance = 1.0 / 12;  // variance, DN^2
 
 // Sums over frames, relative to the first one, so that float32 is enough.
 class DarkSums {
@@ -145,7 +145,7 @@ DarkCalibration CalibrateDark(const CalibrationFrames& frames, const Sensor& sen
     dark.mean_dn += dark.angle_dn[a] / 4;
   }
   dark.pixel_spread_dn = DrawToMean(dark.black_dn, sensor.layout, variance / frames.size());
-  dark.read_noise_dn = std::sqrt(std::max(0.0, variance - kRounding));
+  dark.read_noise_dn = std::sqrt(std::max(0.0, variance - kRoundingVariance));
   return dark;
 }
 

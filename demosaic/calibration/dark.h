@@ -5,7 +5,7 @@
 
 #include "core/progress.h"
 #include "demosaic/calibration/frames.h"
-#include "demosaic/sensor.h"
+#include "demosaic/sensor/sensor.h"
 
 namespace polarscan {
 

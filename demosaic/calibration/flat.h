@@ -7,7 +7,7 @@
 #include "core/progress.h"
 #include "demosaic/calibration/frames.h"
 #include "demosaic/calibration/response.h"
-#include "demosaic/sensor.h"
+#include "demosaic/sensor/sensor.h"
 
 namespace polarscan {
 

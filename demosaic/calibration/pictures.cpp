@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/image_io.h"
+#include "core/formats/image_io.h"
 #include "demosaic/false_colour.h"
 
 namespace polarscan {

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "demosaic/calibration/polarizer.h"
+#include "demosaic/calibration/polarizer/polarizer.h"
 
 namespace polarscan {
 

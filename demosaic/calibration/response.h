@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "core/image.h"
-#include "demosaic/layout.h"
+#include "demosaic/sensor/layout.h"
 
 namespace polarscan {
 

@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <array>
 
-#include "core/bytes.h"
 #include "core/error.h"
-#include "core/files.h"
-#include "core/ply.h"
+#include "core/files/bytes.h"
+#include "core/files/files.h"
+#include "core/formats/ply.h"
 
 namespace polarscan {
 namespace {

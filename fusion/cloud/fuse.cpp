@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/error.h"
-#include "core/files.h"
+#include "core/files/files.h"
 #include "fusion/cloud/cloud.h"
 #include "fusion/cloud/fuse_view.h"
 #include "fusion/cloud/overlap.h"

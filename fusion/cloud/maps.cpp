@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "core/error.h"
-#include "core/image_io.h"
+#include "core/formats/image_io.h"
 #include "demosaic/stokes.h"
 #include "stereo/map_io.h"
 

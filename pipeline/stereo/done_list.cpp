@@ -7,7 +7,7 @@
 #include <chrono>
 #include <thread>
 
-#include "core/files.h"
+#include "core/files/files.h"
 
 namespace polarscan {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <set>
 
-#include "core/files.h"
+#include "core/files/files.h"
 #include "pipeline/stereo/common_surface.h"
 #include "pipeline/stereo/multilevel.h"
 #include "pipeline/stereo/sequential.h"

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "core/files.h"
-#include "core/image_io.h"
+#include "core/files/files.h"
+#include "core/formats/image_io.h"
 #include "demosaic/false_colour.h"
 
 namespace polarscan {

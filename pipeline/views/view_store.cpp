@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "core/error.h"
-#include "core/files.h"
-#include "core/temporaries.h"
+#include "core/files/files.h"
+#include "core/files/temporaries.h"
 
 namespace polarscan {
 namespace {

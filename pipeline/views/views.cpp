@@ -13,7 +13,7 @@
 
 #include "acquisition/input/files.h"
 #include "acquisition/input/masks.h"
-#include "core/files.h"
+#include "core/files/files.h"
 #include "core/parallel.h"
 #include "core/statistics.h"
 #include "core/words.h"

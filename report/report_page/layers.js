@@ -4,7 +4,7 @@
 const PALETTES = { dop: "heat", error: "heat" };  // the others: ramp
 const paletteOf = (key) => PALETTES[key] ?? "ramp";
 
-// Cuts the bytes after `offset` into one part a layer (report/cloud.h).
+// Cuts the bytes after `offset` into one part a layer (report/scene/cloud.h).
 function cutLayers(surface, bytes, offset) {
   for (const layer of surface.layers) {
     const size = surface.count * (layer.key === "colour" || layer.key === "normal" ? 3 : 1);
@@ -20,7 +20,7 @@ function readCloud() {
   return cutLayers(cloud, bytes, 6 * cloud.count);
 }
 
-// report/mesh.h: the triangles first.
+// report/scene/mesh.h: the triangles first.
 function readMesh() {
   if (!data.mesh) return null;
   const bytes = bytesOf(byId("mesh").textContent), mesh = { ...data.mesh, count: data.mesh.vertices, parts: {} };

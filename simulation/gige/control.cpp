@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulation/gige/control.h"
 
-#include "demosaic/pixel_format.h"
+#include "demosaic/sensor/pixel_format.h"
 #include "simulation/gige/chunks.h"
 #include "simulation/gige/control_socket.h"
 

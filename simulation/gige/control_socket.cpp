@@ -7,7 +7,7 @@
 #include <sys/socket.h>
 
 #include "core/error.h"
-#include "core/files.h"
+#include "core/files/files.h"
 
 namespace polarscan {
 namespace {

@@ -6,7 +6,7 @@
 #include <functional>
 #include <string>
 
-#include "core/descriptor.h"
+#include "core/files/descriptor.h"
 #include "simulation/gige/packets.h"
 
 namespace polarscan {

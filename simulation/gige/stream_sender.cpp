@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <thread>
 
-#include "core/files.h"
+#include "core/files/files.h"
 
 namespace polarscan {
 namespace {

@@ -7,7 +7,7 @@
 #include <memory>
 #include <mutex>
 
-#include "core/descriptor.h"
+#include "core/files/descriptor.h"
 #include "core/random.h"
 #include "simulation/gige/gige_server.h"
 #include "simulation/gige/packets.h"

@@ -2,7 +2,7 @@
 #pragma once
 #include <cstdint>
 
-#include "core/image_io.h"
+#include "core/formats/image_io.h"
 #include "demosaic/stokes.h"
 #include "stereo/sfm/model/camera_models.h"
 

@@ -8,10 +8,10 @@
 #include <cmath>
 
 #include "core/error.h"
-#include "core/files.h"
+#include "core/files/files.h"
 #include "core/parallel.h"
 #include "demosaic/stokes.h"
-#include "stereo/dense/dense_export.h"
+#include "stereo/dense/colmap/dense_export.h"
 #include "stereo/dense/dense_views.h"
 #include "stereo/dense/resample.h"
 #include "stereo/workspace.h"

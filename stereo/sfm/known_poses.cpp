@@ -9,7 +9,7 @@
 #include <map>
 
 #include "core/error.h"
-#include "core/view_name.h"
+#include "core/files/view_name.h"
 #include "core/words.h"
 #include "stereo/sfm/model/camera_models.h"
 #include "stereo/sfm/verdict.h"

@@ -6,7 +6,7 @@
 #include <set>
 
 #include "core/error.h"
-#include "core/files.h"
+#include "core/files/files.h"
 #include "stereo/sfm/colmap/bundle_adjustment.h"
 #include "stereo/sfm/colmap/mapping.h"
 #include "stereo/sfm/feature_masks.h"

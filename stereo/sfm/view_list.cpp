@@ -8,7 +8,7 @@
 #include <set>
 
 #include "core/error.h"
-#include "core/image_io.h"
+#include "core/formats/image_io.h"
 #include "core/parallel.h"
 
 namespace polarscan {

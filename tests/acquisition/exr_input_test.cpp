@@ -6,7 +6,7 @@
 
 #include "acquisition/input/input.h"
 #include "core/error.h"
-#include "core/files.h"
+#include "core/files/files.h"
 
 namespace polarscan {
 namespace {

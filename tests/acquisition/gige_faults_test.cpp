@@ -9,7 +9,7 @@
 #include <chrono>
 #include <thread>
 
-#include "core/descriptor.h"
+#include "core/files/descriptor.h"
 #include "gige_camera.h"
 #include "simulation/gige/packets.h"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/random.h"
-#include "demosaic/pixel_format.h"
+#include "demosaic/sensor/pixel_format.h"
 
 namespace polarscan {
 namespace {

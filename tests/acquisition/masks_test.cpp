@@ -9,8 +9,8 @@
 #include "acquisition/input/masks.h"
 #include "acquisition/session/exchange.h"
 #include "core/error.h"
-#include "core/files.h"
-#include "core/picture_tags.h"
+#include "core/files/files.h"
+#include "core/formats/picture_tags.h"
 
 namespace polarscan {
 namespace {

@@ -2,7 +2,7 @@
 // Pictures one by one: cut off, of another kind, with a false promise of their size, turned.
 #include <utility>
 
-#include "core/picture_tags.h"
+#include "core/formats/picture_tags.h"
 #include "input_folder.h"
 
 namespace polarscan {

@@ -9,7 +9,7 @@
 
 #include "acquisition/session/session_reader.h"
 #include "acquisition/session/session_writer.h"
-#include "core/files.h"
+#include "core/files/files.h"
 #include "core/random.h"
 
 namespace polarscan::test {

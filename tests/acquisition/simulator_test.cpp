@@ -13,8 +13,8 @@
 
 #include "azimuth.h"
 #include "core/error.h"
-#include "core/files.h"
-#include "core/image_io.h"
+#include "core/files/files.h"
+#include "core/formats/image_io.h"
 
 namespace polarscan {
 namespace {

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "core/files.h"
-#include "core/image_io.h"
+#include "core/files/files.h"
+#include "core/formats/image_io.h"
 #include "core/random.h"
 #include "program.h"
 

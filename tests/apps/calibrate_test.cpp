@@ -8,9 +8,9 @@
 
 #include "../demosaic/imperfect_sensor.h"
 #include "acquisition/session/session_writer.h"
-#include "core/files.h"
-#include "core/image_io.h"
-#include "demosaic/pixel_format.h"
+#include "core/files/files.h"
+#include "core/formats/image_io.h"
+#include "demosaic/sensor/pixel_format.h"
 #include "demosaic/stokes.h"
 #include "program.h"
 

@@ -11,7 +11,7 @@
 
 #include "acquisition/session/session_reader.h"
 #include "capture_program.h"
-#include "core/files.h"
+#include "core/files/files.h"
 
 namespace polarscan::test {
 namespace fs = std::filesystem;

@@ -12,8 +12,8 @@
 
 #include "acquisition/session/session_reader.h"
 #include "capture_program.h"
-#include "core/files.h"
-#include "core/image_io.h"
+#include "core/files/files.h"
+#include "core/formats/image_io.h"
 #include "core/random.h"
 
 namespace polarscan::test {

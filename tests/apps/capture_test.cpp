@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "capture_program.h"
-#include "core/files.h"
+#include "core/files/files.h"
 
 namespace polarscan::test {
 namespace fs = std::filesystem;

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "core/files.h"
+#include "core/files/files.h"
 #include "core/mesh.h"
 #include "fusion/cloud/cloud.h"
 #include "program.h"

@@ -9,7 +9,7 @@
 #include <functional>
 
 #include "core/error.h"
-#include "core/files.h"
+#include "core/files/files.h"
 #include "core/random.h"
 #include "demosaic/calibration/calibration.h"
 #include "fusion/mesh_files.h"
@@ -50,7 +50,7 @@ std::string Damaged(const std::string& good, int trial) {
   return bytes;
 }
 
-// Without the syncing of core/files.h, which takes most of the time.
+// Without the syncing of core/files/files.h, which takes most of the time.
 void Write(const fs::path& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
 }

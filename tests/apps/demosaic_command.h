@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/image_io.h"
+#include "core/formats/image_io.h"
 #include "program.h"
 
 namespace polarscan::test {

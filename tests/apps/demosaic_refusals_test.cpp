@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "core/files.h"
+#include "core/files/files.h"
 #include "demosaic_command.h"
 
 namespace polarscan::test {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/files.h"
+#include "core/files/files.h"
 #include "demosaic/stokes.h"
 #include "demosaic_command.h"
 

@@ -6,9 +6,9 @@
 #include <cstring>
 #include <numbers>
 
-#include "core/files.h"
+#include "core/files/files.h"
+#include "core/formats/ply.h"
 #include "core/mesh.h"
-#include "core/ply.h"
 #include "program.h"
 #include "report_data.h"
 #include "tests/fusion/sphere_scene.h"

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "apps/terminal.h"
+#include "apps/terminal/terminal.h"
 #include "capture_program.h"
 
 namespace polarscan::test {

@@ -6,7 +6,7 @@
 #include <csignal>
 #include <thread>
 
-#include "core/files.h"
+#include "core/files/files.h"
 #include "pipeline_scan.h"
 
 namespace polarscan::test {

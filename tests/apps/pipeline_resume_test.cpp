@@ -3,7 +3,7 @@
 // date.
 #include <gtest/gtest.h>
 
-#include "core/files.h"
+#include "core/files/files.h"
 #include "pipeline_scan.h"
 #include "report_data.h"
 #include "stereo/sfm/model/model.h"

@@ -7,9 +7,9 @@
 #include <algorithm>
 #include <set>
 
-#include "core/files.h"
+#include "core/files/files.h"
+#include "core/formats/ply.h"
 #include "core/mesh.h"
-#include "core/ply.h"
 #include "core/random.h"
 #include "pipeline_scan.h"
 #include "stereo/sfm/alignment.h"

@@ -7,8 +7,8 @@
 
 #include <thread>
 
-#include "core/files.h"
-#include "core/image_io.h"
+#include "core/files/files.h"
+#include "core/formats/image_io.h"
 #include "program.h"
 
 namespace polarscan::test {

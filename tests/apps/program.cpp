@@ -11,8 +11,8 @@
 #include <stdexcept>
 #include <thread>
 
-#include "core/files.h"
-#include "core/process.h"
+#include "core/files/files.h"
+#include "core/files/process.h"
 
 namespace polarscan::test {
 namespace fs = std::filesystem;

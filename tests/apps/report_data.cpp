@@ -6,7 +6,7 @@
 #include <array>
 #include <cstdint>
 
-#include "core/files.h"
+#include "core/files/files.h"
 #include "program.h"
 
 namespace polarscan::test {

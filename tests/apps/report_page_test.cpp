@@ -5,8 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "core/files.h"
-#include "core/image_io.h"
+#include "core/files/files.h"
+#include "core/formats/image_io.h"
 #include "core/mesh.h"
 #include "program.h"
 #include "report_data.h"

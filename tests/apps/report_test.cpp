@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "core/files.h"
-#include "core/image_io.h"
+#include "core/files/files.h"
+#include "core/formats/image_io.h"
 #include "core/mesh.h"
 #include "fusion/cloud/cloud.h"
 #include "program.h"

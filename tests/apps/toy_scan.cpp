@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include "core/files.h"
-#include "core/image_io.h"
+#include "core/files/files.h"
+#include "core/formats/image_io.h"
 #include "demosaic/stokes.h"
 #include "fusion/cloud/cloud.h"
 #include "stereo/map_io.h"

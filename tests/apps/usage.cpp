@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "usage.h"
 
-#include "core/files.h"
-#include "core/image_io.h"
+#include "core/files/files.h"
+#include "core/formats/image_io.h"
 #include "core/mesh.h"
 #include "toy_scan.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/ply.h"
+#include "core/formats/ply.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

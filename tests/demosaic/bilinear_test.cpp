@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "demosaic/bilinear.h"
+#include "demosaic/methods/bilinear.h"
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
 #include "core/error.h"
-#include "core/image_io.h"
+#include "core/formats/image_io.h"
 #include "mosaic.h"
 
 namespace polarscan {

@@ -5,7 +5,7 @@
 #include <cstdlib>
 
 #include "core/error.h"
-#include "core/files.h"
+#include "core/files/files.h"
 #include "demosaic/calibration/calibration.h"
 
 namespace polarscan {

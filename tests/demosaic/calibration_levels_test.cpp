@@ -4,8 +4,8 @@
 
 #include "core/error.h"
 #include "demosaic/calibration/dark.h"
-#include "demosaic/calibration/find_layout.h"
 #include "demosaic/calibration/flat.h"
+#include "demosaic/calibration/polarizer/find_layout.h"
 #include "imperfect_sensor.h"
 
 namespace polarscan {

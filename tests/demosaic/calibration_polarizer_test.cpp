@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "demosaic/calibration/polarizer.h"
+#include "demosaic/calibration/polarizer/polarizer.h"
 
 #include <gtest/gtest.h>
 

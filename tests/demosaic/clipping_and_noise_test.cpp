@@ -10,7 +10,7 @@
 
 #include "core/error.h"
 #include "core/random.h"
-#include "demosaic/noise.h"
+#include "demosaic/sensor/noise.h"
 #include "mosaic.h"
 #include "twelve_bits.h"
 

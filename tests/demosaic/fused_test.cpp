@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "demosaic/fused.h"
+#include "demosaic/fused/fused.h"
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>

@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "demosaic/noise.h"
 #include "demosaic/polar_view.h"
+#include "demosaic/sensor/noise.h"
 #include "imperfect_sensor.h"
 
 namespace polarscan {

@@ -13,7 +13,7 @@
 #include "core/random.h"
 #include "demosaic/calibration/frames.h"
 #include "demosaic/calibration/response.h"
-#include "demosaic/lit_mosaic.h"
+#include "demosaic/sensor/lit_mosaic.h"
 #include "mosaic.h"
 
 namespace polarscan::test {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "demosaic/layout.h"
+#include "demosaic/sensor/layout.h"
 
 #include <gtest/gtest.h>
 

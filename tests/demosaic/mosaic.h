@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/image.h"
-#include "demosaic/layout.h"
+#include "demosaic/sensor/layout.h"
 #include "demosaic/stokes.h"
 
 namespace polarscan::test {

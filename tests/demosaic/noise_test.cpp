@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "demosaic/noise.h"
+#include "demosaic/sensor/noise.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "demosaic/pixel_format.h"
+#include "demosaic/sensor/pixel_format.h"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "core/error.h"
-#include "core/image_io.h"
+#include "core/formats/image_io.h"
 #include "core/random.h"
 
 namespace polarscan {

@@ -2,7 +2,7 @@
 // Fusion against COLMAP's own, and evaluation against the independent programs in tools/.
 #include <gtest/gtest.h>
 
-#include "core/process.h"
+#include "core/files/process.h"
 #include "core/random.h"
 #include "evaluation/evaluate.h"
 #include "fusion/cloud/cloud.h"

@@ -10,7 +10,7 @@
 #include <numbers>
 #include <set>
 
-#include "core/ply.h"
+#include "core/formats/ply.h"
 #include "core/random.h"
 #include "fusion/cloud/cloud.h"
 #include "fusion/cloud/overlap.h"

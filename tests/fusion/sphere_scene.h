@@ -11,8 +11,8 @@
 #include <numbers>
 #include <string>
 
-#include "core/files.h"
-#include "core/image_io.h"
+#include "core/files/files.h"
+#include "core/formats/image_io.h"
 #include "core/mesh.h"
 #include "core/random.h"
 #include "demosaic/stokes.h"

@@ -6,7 +6,7 @@
 #include <cstdlib>
 
 #include "core/error.h"
-#include "demosaic/pixel_format.h"
+#include "demosaic/sensor/pixel_format.h"
 
 using namespace polarscan;
 

@@ -12,7 +12,7 @@
 #include "acquisition/session/session_reader.h"
 #include "acquisition/session/session_views.h"
 #include "core/error.h"
-#include "core/files.h"
+#include "core/files/files.h"
 
 using namespace polarscan;
 namespace fs = std::filesystem;

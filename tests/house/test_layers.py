@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What may include what: ARCHITECTURE.md's table, held against every #include."""
+import collections
 import pathlib
 import re
 import unittest
@@ -7,7 +8,7 @@ import unittest
 ROOT = pathlib.Path(__file__).parents[2]
 # Mathematics without files: what takes arrays and gives arrays.
 WITHOUT_FILES = ['stereo/costs', 'stereo/search', 'stereo/rounds', 'fusion/surface']
-OPENS = re.compile(r'<(fstream|cstdio|filesystem|fcntl\.h|tiffio\.h)>|"core/(files|image_io|exr|npy|tiff_pages|ply|mesh_formats)\.h"'
+OPENS = re.compile(r'<(fstream|cstdio|filesystem|fcntl\.h|tiffio\.h)>|"core/(files|formats)/'
                    r'|"stereo/(workspace|map_io)\.h"|"stereo/dense/')
 
 
@@ -27,6 +28,17 @@ def sources(houses):
         for path in sorted((ROOT / house).rglob('*')):
             if path.suffix in ('.h', '.cpp'):
                 yield str(path.relative_to(ROOT)), path.read_text()
+
+
+def local_names(text):
+    """Types, constants, and functions with the types of their parameters, of a source's unnamed namespaces."""
+    for block in re.findall(r'^namespace \{\n(.*?)^\}  // namespace$', text, re.S | re.M):
+        yield from re.findall(r'^(?:struct|class|enum class|enum) (\w+)[^;]*?\{', block, re.M)
+        yield from re.findall(r'^(?:inline |static )*(?:constexpr|const) [\w:<>, ]*?[ &*](\w+)(?:\[\w*\])?(?: =|\{|;)', block, re.M)
+        for name, parameters in re.findall(r'^(?!struct|class|enum|using|constexpr [^(]*=|template| )[\w:<>,&* ]*?\b(\w+)\(([^{};]*?)\)'
+                                           r'(?: const)?(?: noexcept)? \{', block, re.M):
+            types = [re.sub(r'\s*=.*|(?<=[ &*])\w+$', '', ' '.join(p.split())).strip() for p in re.split(r',(?![^<(]*[>)])', parameters)]
+            yield f'{name}({", ".join(types)})'
 
 
 class Layers(unittest.TestCase):
@@ -49,6 +61,15 @@ class Layers(unittest.TestCase):
         wrong = [f'{path}: {line}' for path, text in sources(WITHOUT_FILES) for line in text.split('\n')
                  if path.startswith(tuple(WITHOUT_FILES)) and line.startswith('#include') and OPENS.search(line)]
         self.assertEqual(wrong, [])
+
+    def test_sources_of_a_library_may_be_compiled_as_one(self):
+        """Unity builds put them together in groups that change with every new file."""
+        seen = collections.defaultdict(set)
+        for path, text in sources(table()):
+            for name in local_names(text) if path.endswith('.cpp') else []:
+                seen[path.split('/')[0], name].add(path)
+        self.assertGreater(len(seen), 1000)
+        self.assertEqual({name: paths for name, paths in seen.items() if len(paths) > 1}, {})
 
 
 if __name__ == '__main__':

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "core/image_io.h"
+#include "core/formats/image_io.h"
 #include "pipeline/stereo/stage_inputs.h"
 
 namespace polarscan {

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "core/image_io.h"
+#include "core/formats/image_io.h"
 
 namespace polarscan {
 namespace {

@@ -12,8 +12,8 @@
 #include <set>
 #include <thread>
 
-#include "core/files.h"
-#include "core/image_io.h"
+#include "core/files/files.h"
+#include "core/formats/image_io.h"
 #include "stereo/costs/hull.h"
 #include "stereo/dense/load_view.h"
 #include "stereo/map_io.h"

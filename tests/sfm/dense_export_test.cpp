@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/dense/dense_export.h"
+#include "stereo/dense/colmap/dense_export.h"
 
-#include "core/ply.h"
+#include "core/formats/ply.h"
 #include "helpers.h"
 #include "stereo/map_io.h"
 #include "stereo/sfm/model/camera_models.h"

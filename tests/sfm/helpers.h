@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "core/error.h"
-#include "core/files.h"
-#include "core/image_io.h"
-#include "core/process.h"
+#include "core/files/files.h"
+#include "core/files/process.h"
+#include "core/formats/image_io.h"
 #include "demosaic/stokes.h"
 #include "stereo/sfm/model/model.h"
 #include "stereo/workspace.h"

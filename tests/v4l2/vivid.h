@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/descriptor.h"
+#include "core/files/descriptor.h"
 
 namespace polarscan::test {
 

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "acquisition/camera/aravis/glib_objects.h"
-#include "demosaic/pixel_format.h"
+#include "demosaic/sensor/pixel_format.h"
 
 namespace polarscan::aravis {
 namespace {

@@ -13,8 +13,8 @@
 #include <cstring>
 
 #include "acquisition/camera/aravis/glib_objects.h"
-#include "core/descriptor.h"
-#include "core/files.h"
+#include "core/files/descriptor.h"
+#include "core/files/files.h"
 
 namespace polarscan::aravis {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "acquisition/camera/aravis/features.h"
 #include "acquisition/camera/aravis/glib_objects.h"
-#include "demosaic/pixel_format.h"
+#include "demosaic/sensor/pixel_format.h"
 
 namespace polarscan::aravis {
 namespace {

@@ -7,8 +7,8 @@
 #include <fstream>
 
 #include "core/error.h"
-#include "core/files.h"
-#include "core/process.h"
+#include "core/files/files.h"
+#include "core/files/process.h"
 
 namespace polarscan {
 namespace {

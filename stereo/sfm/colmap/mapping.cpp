@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "core/error.h"
-#include "core/files.h"
+#include "core/files/files.h"
 #include "core/words.h"
 #include "stereo/sfm/model/camera_models.h"
 

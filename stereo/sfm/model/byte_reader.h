@@ -6,7 +6,7 @@
 #include <type_traits>
 
 #include "core/error.h"
-#include "core/files.h"
+#include "core/files/files.h"
 
 namespace polarscan {
 

@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "core/error.h"
-#include "core/files.h"
+#include "core/files/files.h"
 #include "core/words.h"
 #include "stereo/sfm/model/model_files.h"
 #include "stereo/sfm/view_list.h"
