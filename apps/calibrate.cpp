@@ -5,7 +5,7 @@
 #include <ctime>
 
 #include "acquisition/calibration_frames.h"
-#include "acquisition/session/exchange.h"
+#include "acquisition/session/import_export.h"
 #include "apps/command.h"
 #include "core/files/files.h"
 #include "demosaic/calibration/dark.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "acquisition/session/exchange.h"
+#include "acquisition/session/import_export.h"
 #include "apps/command.h"
 
 namespace polarscan {

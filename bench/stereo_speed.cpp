@@ -12,7 +12,7 @@
 
 #include "bench/timing.h"
 #include "core/random.h"
-#include "stereo/costs/aop_table.h"
+#include "stereo/costs/aop_normal.h"
 #include "stereo/costs/ncc.h"
 #include "stereo/rounds/band_rows.h"
 
@@ -71,8 +71,8 @@ void MeasureMatching(int rounds) {
     const Window window = MakeWindow(kind.radius, kind.step, kind.corners);
     Patch patch;
     PatchReader(window, 0.2).Read(scene, {}, kWidth / 2, kHeight / 2, patch);
-    const double simd = NanosecondsPerTap(MatchingCostSimd, window, patch, source, warps, rounds);
-    const double scalar = NanosecondsPerTap(MatchingCostScalar, window, patch, source, warps, rounds);
+    const double simd = NanosecondsPerTap(NccCostSimd, window, patch, source, warps, rounds);
+    const double scalar = NanosecondsPerTap(NccCostScalar, window, patch, source, warps, rounds);
     fmt::print("  {:3} taps               {:7.2f} {:7.2f}           {:6.1f}\n", window.taps, simd, scalar,
                scalar / simd);
   }

@@ -31,13 +31,14 @@ function(polarscan_warnings target)
   endif()
 endfunction()
 
-# polarscan_tests(FOLDER DEPENDS...): one GoogleTest program from tests/FOLDER/*.cpp. Each test has a limit of its own.
+# polarscan_tests(FOLDER DEPENDS...): one GoogleTest program from every .cpp below tests/FOLDER. Each test has a limit of its own.
 function(polarscan_tests folder)
-  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*.cpp)
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*.cpp)
   if(NOT sources)
     return()
   endif()
   add_executable(${folder}_test ${sources})
+  target_include_directories(${folder}_test PRIVATE ${folder})
   target_link_libraries(${folder}_test PRIVATE ${ARGN} GTest::gtest_main)
   target_compile_definitions(${folder}_test PRIVATE
     POLARSCAN_SHARED="${PROJECT_SOURCE_DIR}/../shared"

@@ -10,8 +10,8 @@
 #include "core/error.h"
 #include "core/files/bytes.h"
 #include "core/files/files.h"
-#include "core/formats/mesh_formats.h"
 #include "core/formats/ply.h"
+#include "core/formats/stl_obj.h"
 #include "core/words.h"
 
 namespace polarscan {

@@ -88,7 +88,8 @@ void SetNoiseOfMeans(StokesImage& image, const DemosaicMethod& method, const Lay
 }
 
 // Adds one colour's share to the mean over the colours, and to the redundancy I0 + I90 - I45 - I135.
-void AddStokes(const AnglePlanes& planes, float share, StokesImage& image, Image<float>& redundancy) {
+void AddStokesFromAngles(const AnglePlanes& planes, float share, StokesImage& image,
+                         Image<float>& redundancy) {
   const Image<float>&i0 = planes[0], &i45 = planes[1], &i90 = planes[2], &i135 = planes[3];
   ParallelFor(0, i0.height(), [&](int y) {
     for (int x = 0; x < i0.width(); ++x) {
@@ -115,7 +116,7 @@ PolarView Combine(const std::vector<AnglePlanes>& colours, Image<float>& redunda
   PolarView view = EmptyView(width, height);
   redundancy = Image<float>(width, height);
   for (const AnglePlanes& planes : colours) {
-    AddStokes(planes, 1 / float(colours.size()), view.stokes, redundancy);
+    AddStokesFromAngles(planes, 1 / float(colours.size()), view.stokes, redundancy);
     if (colours.size() == 3) view.colour_s0.push_back(S0(planes));
   }
   return view;

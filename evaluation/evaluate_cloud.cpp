@@ -10,6 +10,7 @@
 #include "evaluation/error_statistics.h"
 #include "evaluation/evaluate.h"
 #include "evaluation/thresholds.h"
+#include "fusion/surface/nearest_points.h"
 #include "fusion/surface/surface.h"
 
 namespace polarscan {

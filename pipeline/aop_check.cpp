@@ -15,7 +15,7 @@
 #include "core/parallel.h"
 #include "core/random.h"
 #include "fusion/cloud/maps.h"
-#include "stereo/costs/view.h"
+#include "stereo/costs/stereo_view.h"
 #include "stereo/map_io.h"
 
 namespace polarscan {

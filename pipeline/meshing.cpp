@@ -9,14 +9,14 @@
 #include "core/error.h"
 #include "core/statistics.h"
 #include "fusion/mesh_topology.h"
+#include "fusion/surface/close_surface.h"
 #include "fusion/surface/dress_mesh.h"
-#include "fusion/surface/poisson/close_surface.h"
+#include "fusion/surface/nearest_points.h"
 #include "fusion/surface/poisson/poisson.h"
-#include "fusion/surface/silhouettes.h"
+#include "fusion/surface/refinement/silhouettes.h"
 #include "fusion/surface/simplify.h"
-#include "fusion/surface/surface.h"
 #include "pipeline/workspace_views.h"
-#include "stereo/costs/view.h"
+#include "stereo/costs/stereo_view.h"
 #include "stereo/dense/load_view.h"
 
 namespace polarscan {

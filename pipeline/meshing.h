@@ -8,7 +8,7 @@
 #include "core/options.h"
 #include "core/progress.h"
 #include "fusion/cloud/cloud.h"
-#include "fusion/surface/refine.h"
+#include "fusion/surface/refinement/refine.h"
 
 namespace polarscan {
 
@@ -43,8 +43,8 @@ nlohmann::json ToJson(const MeshSummary& summary);
 MeshSummary PlanMesh(const std::filesystem::path& cloud_ply, const MeshOptions& options);
 
 // The surface of a cloud: a Poisson surface (fusion/surface/poisson/poisson.h), closed or cut where there are
-// no points (fusion/surface/poisson/close_surface.h), and where there is polarization or a mask its triangles
-// divided to the size of their pixels and refined by them (fusion/surface/refine.h).
+// no points (fusion/surface/close_surface.h), and where there is polarization or a mask its triangles
+// divided to the size of their pixels and refined by them (fusion/surface/refinement/refine.h).
 struct CloudSurface {
   TriangleMesh mesh;
   std::vector<bool> far;  // vertices that no points bear out

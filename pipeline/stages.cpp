@@ -88,10 +88,10 @@ nlohmann::json CheckAngles(const Scan& scan, const StereoOptions& options, Progr
 void CheckKnownPoses(const Input& input, Progress& progress) {
   if (!input.known_model) return;
   const bool one_size = input.kind != InputKind::kPhotos;  // photos may differ, and be turned
-  std::vector<View> views;
+  std::vector<ListedView> views;
   for (const InputView& view : input.views)
     views.push_back({view.name, one_size ? input.width : 0, one_size ? input.height : 0});
-  std::ranges::sort(views, {}, &View::name);
+  std::ranges::sort(views, {}, &ListedView::name);
   JudgeKnownPoses(ReadKnownPoses(*input.known_model, views, progress),
                   input.known_model->lexically_normal().string(), false, progress);
 }

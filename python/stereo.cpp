@@ -60,7 +60,7 @@ void WriteArrays(const std::filesystem::path& folder, const py::list& views, boo
     if (!tuple[6].is_none())
       WritePng(workspace.MaskPath(number), ToImage(tuple[6].cast<Array<std::uint8_t>>(), "mask"));
   }
-  const auto sources = ChooseSources(workspace.views, {});
+  const auto sources = ChooseSourceViews(workspace.views, {});
   for (std::size_t i = 0; i < sources.size(); ++i) workspace.views[i].sources = sources[i];
   WriteWorkspace(workspace);
 }

@@ -18,7 +18,7 @@ constexpr int kQuality = 82;
 
 // Calls read() if the file is there; a damaged one is remembered and does not stop the report.
 template <class Read>
-void TryRead(const fs::path& path, SmallView& view, Read&& read) {
+void TryRead(const fs::path& path, Thumbnails& view, Read&& read) {
   if (!fs::exists(path)) return;
   try {
     read();
@@ -89,7 +89,7 @@ double ShareWithDepth(const Image<float>& depth, const Image<std::uint8_t>& mask
 
 }  // namespace
 
-void ReadSmall(SmallView& view, int longest) {
+void ReadSmall(Thumbnails& view, int longest) {
   TryRead(view.stokes_path, view, [&] {
     const StokesImage stokes = ReadStokes(view.stokes_path);
     view.dop_noise = MedianDopNoise(stokes);
@@ -128,7 +128,7 @@ void AppendDop(const StokesImage& small, std::vector<double>& dop) {
     if (s0[i] > dark) dop.push_back(std::hypot(small.s1.pixels()[i], small.s2.pixels()[i]) / s0[i]);
 }
 
-nlohmann::json ToPage(const SmallView& view, double dop_full) {
+nlohmann::json ToPage(const Thumbnails& view, double dop_full) {
   const auto jpeg = [](const Image<Rgb8>& image) { return Base64(EncodeJpeg(image, kQuality)); };
   nlohmann::json page = {{"name", view.name}, {"pictures", nlohmann::json::object()}};
   nlohmann::json& pictures = page["pictures"];

@@ -14,7 +14,7 @@ namespace polarscan {
 
 // Where one view's files may lie, and what of them could be read, made small. Stokes components are averaged,
 // never angles; small Stokes images have no noise, S0 = 0 marks an invalid pixel.
-struct SmallView {
+struct Thumbnails {
   std::string name;
   std::filesystem::path stokes_path, picture_path, depth_path, normal_path, mask_path;
   std::filesystem::path depth_error_path, normal_error_path;  // pictures that evaluate left
@@ -30,7 +30,7 @@ struct SmallView {
 
 // Reads what is there; the longest side of the small pictures is at most `longest` px. A damaged file goes to
 // `damaged`.
-void ReadSmall(SmallView& view, int longest);
+void ReadSmall(Thumbnails& view, int longest);
 
 // Appends the degrees of polarization of the pixels that are not too dark to tell.
 void AppendDop(const StokesImage& small, std::vector<double>& dop);
@@ -38,6 +38,6 @@ void AppendDop(const StokesImage& small, std::vector<double>& dop);
 // {name, pictures {s0, dop, aop, depth, normal, depth_error, normal_error: JPEG in base64}, depth {near, far,
 // share, masked}}, each if the view has it. dop_full: degree of polarization shown at full strength; 0: no
 // dop and aop.
-nlohmann::json ToPage(const SmallView& view, double dop_full);
+nlohmann::json ToPage(const Thumbnails& view, double dop_full);
 
 }  // namespace polarscan

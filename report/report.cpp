@@ -128,7 +128,7 @@ void WriteReport(const fs::path& scan_folder, const fs::path& html, Progress& pr
   const ScanState state = ReadScanState(scan_folder / "scan.json");
   json data = {
       {"name", NameOf(scan_folder)}, {"scan", ReadJson(scan_folder / "scan.json")}, {"legends", Legends()}};
-  ReportViews views = CollectViews(scan_folder, progress);
+  ReportPictures views = CollectViews(scan_folder, progress);
   json& notes = data["notes"] = views.notes;
   if (const json offset = data["scan"].value("offset", json()); offset.is_array())
     notes.push_back("Coordinates are in a local frame: add " + offset.dump() +

@@ -57,11 +57,11 @@ std::vector<CameraRing> ParseRings(const std::string& text) {
   return rings;
 }
 
-std::vector<SimulatedView> RingViews(const std::vector<CameraRing>& rings, double jitter_deg,
+std::vector<SimulatedPose> RingViews(const std::vector<CameraRing>& rings, double jitter_deg,
                                      std::uint64_t seed, const TriangleMesh& object, const Pinhole& camera,
                                      double fill) {
   constexpr double kRadians = std::numbers::pi / 180;
-  std::vector<SimulatedView> views;
+  std::vector<SimulatedPose> views;
   double distance = 0, shift = 0;
   for (const CameraRing& ring : rings) {
     for (int i = 0; i < ring.views; ++i) {
@@ -77,12 +77,12 @@ std::vector<SimulatedView> RingViews(const std::vector<CameraRing>& rings, doubl
     }
     shift += 1.0 / 3;
   }
-  for (SimulatedView& view : views) view.cam_from_world.translation = {0, 0, std::max(distance, 1.2)};
+  for (SimulatedPose& view : views) view.cam_from_world.translation = {0, 0, std::max(distance, 1.2)};
   return views;
 }
 
 void WriteTruePoses(const std::filesystem::path& folder, const Pinhole& camera,
-                    const std::vector<SimulatedView>& views) {
+                    const std::vector<SimulatedPose>& views) {
   WriteFileAtomically(
       folder / "cameras.txt",
       fmt::format(

@@ -10,7 +10,7 @@
 
 namespace polarscan {
 
-struct SimulatedView {
+struct SimulatedPose {
   std::string name;  // "000", "001", ...
   Rigid cam_from_world;
 };
@@ -27,12 +27,12 @@ std::vector<CameraRing> ParseRings(const std::string& text);
 // by a third of its step against the one before. jitter_deg: largest deviation of elevation, azimuth and
 // roll. The distance is the smallest at which the object stays within `fill` of the half picture in every
 // view.
-std::vector<SimulatedView> RingViews(const std::vector<CameraRing>& rings, double jitter_deg,
+std::vector<SimulatedPose> RingViews(const std::vector<CameraRing>& rings, double jitter_deg,
                                      std::uint64_t seed, const TriangleMesh& object, const Pinhole& camera,
                                      double fill);
 
 // cameras.txt, images.txt (NAME.png) and an empty points3D.txt: COLMAP's text model of the true poses.
 void WriteTruePoses(const std::filesystem::path& folder, const Pinhole& camera,
-                    const std::vector<SimulatedView>& views);
+                    const std::vector<SimulatedPose>& views);
 
 }  // namespace polarscan

@@ -30,7 +30,7 @@ std::vector<Exposure> Expose(const SimulatorOptions& options, const SimulatedSen
   std::vector<Exposure> exposures;
   progress.Begin(fmt::format("the simulated camera gets {} pictures ready", shoot.views.size()),
                  shoot.views.size() * std::size_t(shoot.camera.height), "row");
-  for (const SimulatedView& view : shoot.views)
+  for (const SimulatedPose& view : shoot.views)
     exposures.push_back(RenderFrame(shoot.lit, shoot.camera, view.cam_from_world, settings, progress));
   return exposures;
 }

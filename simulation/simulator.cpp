@@ -59,7 +59,7 @@ json SetJson(const SimulatorOptions& options, const SimulatedSensor& sensor, con
 }
 
 void WriteTruth(const fs::path& folder, const Scene& scene, const Pinhole& camera,
-                const std::vector<SimulatedView>& views, bool known_poses) {
+                const std::vector<SimulatedPose>& views, bool known_poses) {
   WriteMesh(folder / "truth" / "mesh.ply", scene.object);
   if (scene.has_table) WriteMesh(folder / "truth" / "table.ply", TableMesh(scene));
   WriteTruePoses(folder / "truth" / "sparse", camera, views);
@@ -129,7 +129,7 @@ SimulatedShoot PrepareShoot(Scene scene, const SimulatorOptions& options, Progre
   LitScene lit = Illuminate(std::move(scene), progress);
   progress.Advance();
   const Pinhole camera = SimulatedPinhole(options);
-  std::vector<SimulatedView> views =
+  std::vector<SimulatedPose> views =
       RingViews(rings, options.jitter_deg, options.seed, lit.scene.object, camera, options.fill);
   const double gain = options.exposure * AutomaticGain(lit, camera, views, progress);
   return {std::move(lit), camera, std::move(views), gain};
@@ -163,7 +163,7 @@ SimulationSummary Write(const SimulatorOptions& options, bool pictures, const fs
   } else {
     progress.Begin("writing the truth", views.size());
   }
-  for (const SimulatedView& view : views) {
+  for (const SimulatedPose& view : views) {
     const std::string file = view.name + ".png";
     if (pictures)
       WritePng(folder / "mosaic" / file, RenderFrame(lit, camera, view.cam_from_world, settings, progress));

@@ -37,7 +37,7 @@ Pinhole SimulatedPinhole(const SimulatorOptions& options);
 struct SimulatedShoot {
   LitScene lit;
   Pinhole camera;
-  std::vector<SimulatedView> views;
+  std::vector<SimulatedPose> views;
   double gain = 1;
 };
 SimulatedShoot PrepareShoot(Scene scene, const SimulatorOptions& options, Progress& progress);

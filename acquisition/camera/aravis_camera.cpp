@@ -11,8 +11,8 @@
 #include <future>
 
 #include "acquisition/camera/aravis/features.h"
-#include "acquisition/camera/aravis/frame_from_packets.h"
-#include "acquisition/camera/aravis/gige_packets.h"
+#include "acquisition/camera/aravis/frame_from_buffer.h"
+#include "acquisition/camera/aravis/gige_stream.h"
 #include "acquisition/camera/aravis/glib_objects.h"
 #include "acquisition/camera/aravis/open.h"
 #include "acquisition/camera/aravis/preferred_settings.h"

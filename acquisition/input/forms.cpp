@@ -8,7 +8,7 @@
 
 #include "acquisition/input/angles.h"
 #include "acquisition/input/files.h"
-#include "acquisition/input/untaken.h"
+#include "acquisition/input/ignored_files.h"
 #include "core/error.h"
 #include "core/files/files.h"
 #include "core/formats/tiff_pages.h"

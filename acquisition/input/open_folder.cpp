@@ -6,11 +6,11 @@
 
 #include "acquisition/input/angles.h"
 #include "acquisition/input/forms.h"
+#include "acquisition/input/ignored_files.h"
 #include "acquisition/input/input.h"
 #include "acquisition/input/masks.h"
 #include "acquisition/input/options.h"
 #include "acquisition/input/shot.h"
-#include "acquisition/input/untaken.h"
 #include "acquisition/session/session_views.h"
 #include "core/error.h"
 #include "core/files/files.h"

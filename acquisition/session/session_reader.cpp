@@ -16,9 +16,9 @@ namespace {
 namespace fs = std::filesystem;
 
 // Goes through the segments of one session and says what it finds.
-class Scanner {
+class SegmentScanner {
  public:
-  Scanner(Session& session, Verify verify, Progress& progress)
+  SegmentScanner(Session& session, Verify verify, Progress& progress)
       : session_(session), verify_(verify == Verify::kPayloads), progress_(progress) {}
 
   void Run() {
@@ -185,7 +185,7 @@ Session OpenSession(const fs::path& folder, Verify verify, Progress& progress) {
   Session session;
   session.folder = folder;
   session.info = ReadSessionInfo(folder);
-  Scanner(session, verify, progress).Run();
+  SegmentScanner(session, verify, progress).Run();
   session.info.counts = CountsOf(session);
   return session;
 }
@@ -201,17 +201,6 @@ Frame ReadFrame(const Session& session, std::size_t index) {
     throw Error("the frame is damaged, its checksum does not fit", where,
                 "polarscan check tells what is left");
   return {stored.info, {payload.begin(), payload.end()}};
-}
-
-void RepairSession(Session& session) {
-  if (session.info.closed) return;
-  if (session.segments > 0)
-    fs::resize_file(SegmentPath(session.folder, session.segments - 1), session.last_segment_bytes);
-  session.info.closed = true;
-  session.info.records = session.records;
-  session.info.segments = session.segments;
-  WriteSessionInfo(session.folder, session.info);
-  session = OpenSession(session.folder);
 }
 
 }  // namespace polarscan

@@ -49,8 +49,4 @@ Session OpenSession(const std::filesystem::path& folder, Verify verify, Progress
 // One frame's payload, checksum compared. Throws Error with frame and file if it is damaged.
 Frame ReadFrame(const Session& session, std::size_t frame);
 
-// Cuts the unfinished tail of a session that was not closed off, and closes it with the counts that were
-// found. Damaged records stay where they are; what can be read around them can be read after as well.
-void RepairSession(Session& session);
-
 }  // namespace polarscan

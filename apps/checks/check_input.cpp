@@ -68,7 +68,7 @@ std::size_t CountPoses(const Input& input) {
 std::size_t LookAtPictures(const Input& input, Looked& findings, Progress& progress) {
   std::size_t masks = 0;
   std::map<std::pair<int, int>, int> sizes;
-  DoubtfulViews doubtful;
+  ViewFaults doubtful;
   progress.Begin("looking at the pictures", input.views.size());
   for (int i = 0; i < int(input.views.size()); ++i) {
     progress.Check();

@@ -6,7 +6,8 @@
 #include <cmath>
 
 #include "acquisition/input/options.h"
-#include "acquisition/session/exchange.h"
+#include "acquisition/session/import_export.h"
+#include "acquisition/session/session_repair.h"
 #include "acquisition/session/session_views.h"
 #include "core/error.h"
 

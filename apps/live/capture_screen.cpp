@@ -13,7 +13,7 @@
 #include <system_error>
 
 #include "acquisition/input/options.h"
-#include "acquisition/live_view.h"
+#include "acquisition/live_picture.h"
 #include "demosaic/sensor/pixel_format.h"
 
 namespace polarscan {
@@ -91,7 +91,7 @@ std::string CaptureScreen::Line() const {
 void CaptureScreen::Look(const Frame& frame, const nlohmann::json& sensor) {
   const auto format = FindPixelFormat(frame.info.pixel_format);
   if (!format) return;
-  const LiveView view = LookAt(frame, SensorFor(sensor, format->bits), kPreviewSide);
+  const LivePicture view = LookAt(frame, SensorFor(sensor, format->bits), kPreviewSide);
   const auto advice = Advice(view);
   nlohmann::json& look = numbers_["look"];
   look = {

@@ -67,7 +67,7 @@ class Preview::Implementation {
     state_ = state;
   }
 
-  void Look(const LiveView& view) {
+  void Look(const LivePicture& view) {
     std::vector<double> dop;
     AppendDop(view.stokes, dop);
     const double full = DopFullScale(dop);
@@ -140,7 +140,7 @@ Preview::Preview(int port) : implementation_(std::make_unique<Implementation>(po
 Preview::~Preview() = default;
 std::string Preview::address() const { return implementation_->address(); }
 void Preview::Show(const nlohmann::json& state) { implementation_->Show(state); }
-void Preview::Look(const LiveView& view) { implementation_->Look(view); }
+void Preview::Look(const LivePicture& view) { implementation_->Look(view); }
 CaptureHooks::Key Preview::Pressed() { return implementation_->Pressed(); }
 
 }  // namespace polarscan

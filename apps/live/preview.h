@@ -5,7 +5,7 @@
 #include <string>
 
 #include "acquisition/capture.h"
-#include "acquisition/live_view.h"
+#include "acquisition/live_picture.h"
 
 namespace polarscan {
 
@@ -24,7 +24,7 @@ class Preview {
   std::string address() const;  // "http://127.0.0.1:8417/"
 
   void Show(const nlohmann::json& state);
-  void Look(const LiveView& view);
+  void Look(const LivePicture& view);
   // What the page has asked for since the last call.
   CaptureHooks::Key Pressed();
 

@@ -2,7 +2,7 @@
 #include "fusion/surface/dress_mesh.h"
 
 #include "core/parallel.h"
-#include "fusion/surface/surface.h"
+#include "fusion/surface/nearest_points.h"
 
 namespace polarscan {
 namespace {

@@ -4,8 +4,8 @@
 
 #include "core/mesh.h"
 #include "core/progress.h"
-#include "fusion/surface/refine.h"
-#include "stereo/costs/view.h"
+#include "fusion/surface/refinement/refine.h"
+#include "stereo/costs/stereo_view.h"
 #include "stereo/options.h"
 #include "stereo/workspace.h"
 

@@ -9,7 +9,7 @@
 
 #include "core/parallel.h"
 #include "pipeline/stereo/stage_inputs.h"
-#include "stereo/costs/cost.h"
+#include "stereo/costs/cost_terms.h"
 #include "stereo/dense/levels.h"
 #include "stereo/dense/load_view.h"
 #include "stereo/rounds/round.h"

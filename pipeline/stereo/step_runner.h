@@ -6,7 +6,7 @@
 #include "core/progress.h"
 #include "pipeline/stereo/done_list.h"
 #include "pipeline/stereo/shard.h"
-#include "stereo/costs/view.h"
+#include "stereo/costs/stereo_view.h"
 #include "stereo/options.h"
 #include "stereo/workspace.h"
 

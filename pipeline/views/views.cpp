@@ -175,14 +175,14 @@ void ForEachBounded(const std::vector<int>& items, F&& f) {
 
 }  // namespace
 
-void DoubtfulViews::Add(const std::string& view, const ViewDoubts& doubts) {
+void ViewFaults::Add(const std::string& view, const ViewDoubts& doubts) {
   if (doubts.without_light > kMuchWithoutLight) without_light_.insert(view);
   if (doubts.impossible > kMuchImpossible) impossible_.insert(view);
   if (doubts.clipped > kMostlyClipped) clipped_.insert(view);
   if (doubts.imbalance > kUnbalanced) unbalanced_.insert(view);
 }
 
-std::vector<std::string> DoubtfulViews::Words(const Input& input) const {
+std::vector<std::string> ViewFaults::Words(const Input& input) const {
   std::vector<std::string> words;
   const auto say = [&](const std::set<std::string>& views, const std::string& what, const std::string& cure) {
     if (!views.empty())
@@ -239,7 +239,7 @@ void MakeStokesViews(const Input& input, const fs::path& folder, const DemosaicO
   store.Begin(names);
 
   std::mutex mutex;
-  DoubtfulViews doubtful;
+  ViewFaults doubtful;
 
   progress.Begin("Stokes views", todo.size());
   ForEachBounded(todo, [&](int i) {

@@ -32,7 +32,7 @@ void MakeStokesViews(const Input& input, const std::filesystem::path& folder, co
                      Progress& progress, bool pictures = false);
 
 // Gathers what is wrong with views (demosaic/doubts.h), for one sentence a kind of fault.
-class DoubtfulViews {
+class ViewFaults {
  public:
   void Add(const std::string& view, const ViewDoubts& doubts);
   std::vector<std::string> Words(const Input& input) const;

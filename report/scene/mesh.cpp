@@ -11,8 +11,8 @@
 #include "core/formats/ply.h"
 #include "core/mesh.h"
 #include "fusion/mesh_topology.h"
+#include "fusion/surface/nearest_points.h"
 #include "fusion/surface/simplify.h"
-#include "fusion/surface/surface.h"
 
 namespace polarscan {
 namespace {

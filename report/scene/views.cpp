@@ -54,13 +54,13 @@ Eigen::Matrix3d DisplayFrame(const std::vector<DenseView>& views) {
   return display_from_world;
 }
 
-std::vector<SmallView> ListDense(const Workspace& workspace, const fs::path& evaluation) {
-  std::vector<SmallView> views;
+std::vector<Thumbnails> ListDense(const Workspace& workspace, const fs::path& evaluation) {
+  std::vector<Thumbnails> views;
   for (int i = 0; i < int(workspace.views.size()); ++i) {
     const auto best = [&](auto path) {
       return fs::exists(path(kFinalMaps)) ? path(kFinalMaps) : path(kPhotometricMaps);
     };
-    SmallView view;
+    Thumbnails view;
     view.name = workspace.views[std::size_t(i)].name;
     view.stokes_path = workspace.StokesPath(i);
     view.picture_path = workspace.PicturePath(i);
@@ -74,12 +74,12 @@ std::vector<SmallView> ListDense(const Workspace& workspace, const fs::path& eva
   return views;
 }
 
-std::vector<SmallView> ListViews(const fs::path& folder) {
-  std::vector<SmallView> views;
+std::vector<Thumbnails> ListViews(const fs::path& folder) {
+  std::vector<Thumbnails> views;
   if (!fs::is_directory(folder)) return views;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
     if (entry.path().extension() != ".tif") continue;
-    SmallView view;
+    Thumbnails view;
     view.name = entry.path().stem().string();
     view.stokes_path = entry.path();
     view.picture_path = fs::path(entry.path()).replace_extension(".png");
@@ -99,21 +99,21 @@ std::optional<Workspace> TryReadWorkspace(const fs::path& dense, std::vector<std
   }
 }
 
-void NoteMissing(const std::vector<SmallView>& views, ReportViews& report) {
+void NoteMissing(const std::vector<Thumbnails>& views, ReportPictures& report) {
   const auto note = [&](const std::string& what, auto has) {
     const auto count = std::size_t(std::count_if(views.begin(), views.end(), has));
     if (count == 0) report.notes.push_back(fmt::format("There are no {} yet.", what));
     if (count > 0 && count < views.size())
       report.notes.push_back(fmt::format("Only {} of {} views have {}.", count, views.size(), what));
   };
-  note("depth maps", [](const SmallView& view) { return !view.depth.empty(); });
-  note("normal maps", [](const SmallView& view) { return !view.normal.empty(); });
-  for (const SmallView& view : views)
+  note("depth maps", [](const Thumbnails& view) { return !view.depth.empty(); });
+  note("normal maps", [](const Thumbnails& view) { return !view.normal.empty(); });
+  for (const Thumbnails& view : views)
     report.notes.insert(report.notes.end(), view.damaged.begin(), view.damaged.end());
 }
 
 // Reads the views' pictures: all of them, smaller ones for more views, and beyond kMostPictured every n-th.
-void ReadPictures(std::vector<SmallView>& views, ReportViews& report, Progress& progress) {
+void ReadPictures(std::vector<Thumbnails>& views, ReportPictures& report, Progress& progress) {
   const std::size_t step = (views.size() + kMostPictured - 1) / kMostPictured;
   if (step > 1) report.notes.push_back(fmt::format("Only every {}th view has pictures on this page.", step));
   const double pictured = double(views.size()) / double(std::max<std::size_t>(step, 1));
@@ -126,7 +126,7 @@ void ReadPictures(std::vector<SmallView>& views, ReportViews& report, Progress& 
     progress.Advance();
   });
   std::vector<double> dop, noise;
-  for (const SmallView& view : views) {
+  for (const Thumbnails& view : views) {
     if (!view.stokes) continue;
     AppendDop(*view.stokes, dop);
     noise.push_back(view.dop_noise);
@@ -137,10 +137,10 @@ void ReadPictures(std::vector<SmallView>& views, ReportViews& report, Progress& 
 
 }  // namespace
 
-ReportViews CollectViews(const fs::path& scan_folder, Progress& progress) {
-  ReportViews report;
+ReportPictures CollectViews(const fs::path& scan_folder, Progress& progress) {
+  ReportPictures report;
   const std::optional<Workspace> workspace = TryReadWorkspace(scan_folder / "dense", report.notes);
-  std::vector<SmallView> views =
+  std::vector<Thumbnails> views =
       workspace ? ListDense(*workspace, EvaluationFolder(scan_folder)) : ListViews(scan_folder / "views");
   if (workspace) report.display_from_world = DisplayFrame(workspace->views);
   if (!workspace) report.notes.push_back("The cameras' places are not known yet: no dense workspace.");

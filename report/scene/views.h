@@ -11,7 +11,7 @@
 namespace polarscan {
 
 // The views of a scan as the report's page gets them.
-struct ReportViews {
+struct ReportPictures {
   // [{name, source_names, pictures {s0, dop, aop, depth, normal, depth_error, normal_error: JPEG in base64},
   // depth {near, far, share}, camera}]; a picture that the scan does not hold is missing. camera: {center,
   // corners} in the display frame, corners being the directions with depth 1 through the picture's corners
@@ -26,6 +26,6 @@ struct ReportViews {
 
 // From dense/ if the scan has it, else from views/. Longest side of a picture at most 320 px, less for many
 // views.
-ReportViews CollectViews(const std::filesystem::path& scan_folder, Progress& progress);
+ReportPictures CollectViews(const std::filesystem::path& scan_folder, Progress& progress);
 
 }  // namespace polarscan

@@ -3,7 +3,7 @@
 #include <set>
 
 #include "acquisition/camera/frame.h"
-#include "simulation/gige/packets.h"
+#include "simulation/gige/protocol.h"
 
 namespace polarscan {
 

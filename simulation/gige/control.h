@@ -8,7 +8,7 @@
 #include <set>
 #include <string>
 
-#include "simulation/gige/packets.h"
+#include "simulation/gige/protocol.h"
 #include "simulation/gige/registers.h"
 #include "simulation/gige/stream_sender.h"
 

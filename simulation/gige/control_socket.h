@@ -7,7 +7,7 @@
 #include <string>
 
 #include "core/files/descriptor.h"
-#include "simulation/gige/packets.h"
+#include "simulation/gige/protocol.h"
 
 namespace polarscan {
 

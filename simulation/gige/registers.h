@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "simulation/gige/packets.h"
+#include "simulation/gige/protocol.h"
 
 namespace polarscan {
 

@@ -10,7 +10,7 @@
 #include "core/files/descriptor.h"
 #include "core/random.h"
 #include "simulation/gige/gige_server.h"
-#include "simulation/gige/packets.h"
+#include "simulation/gige/protocol.h"
 
 namespace polarscan {
 

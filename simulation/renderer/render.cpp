@@ -50,13 +50,13 @@ PixelPattern MakePattern(int per_axis) {
 }
 
 // Everything that is the same for all pixels of a frame.
-struct View {
+struct RenderedCamera {
   const LitScene& lit;
   const Pinhole& camera;
   Eigen::Matrix3d cam_from_world;
   Vector3d center;
 
-  View(const LitScene& scene, const Pinhole& pinhole, const Rigid& pose)
+  RenderedCamera(const LitScene& scene, const Pinhole& pinhole, const Rigid& pose)
       : lit(scene), camera(pinhole), cam_from_world(pose.rotation), center(pose.Center()) {}
 
   Vector3d WorldRay(double u, double v) const {
@@ -92,7 +92,7 @@ double Through(const Vector3d& stokes, int angle_deg) {
 
 Image<Eigen::Vector3f> RenderStokes(const LitScene& lit, const Pinhole& camera, const Rigid& cam_from_world,
                                     int samples, const Progress& progress) {
-  const View view(lit, camera, cam_from_world);
+  const RenderedCamera view(lit, camera, cam_from_world);
   const PixelPattern pattern = MakePattern(samples);
   Image<Eigen::Vector3f> stokes(camera.width, camera.height, Eigen::Vector3f::Zero());
   ParallelFor(0, camera.height, [&](int y) {
@@ -104,7 +104,7 @@ Image<Eigen::Vector3f> RenderStokes(const LitScene& lit, const Pinhole& camera, 
 
 Image<std::uint16_t> RenderFrame(const LitScene& lit, const Pinhole& camera, const Rigid& cam_from_world,
                                  const FrameSettings& settings, Progress& progress) {
-  const View view(lit, camera, cam_from_world);
+  const RenderedCamera view(lit, camera, cam_from_world);
   const PixelPattern pattern = MakePattern(settings.samples);
   Image<std::uint16_t> frame(camera.width, camera.height);
   ParallelFor(0, camera.height, [&](int y) {
@@ -122,7 +122,7 @@ Image<std::uint16_t> RenderFrame(const LitScene& lit, const Pinhole& camera, con
 
 Image<std::uint8_t> RenderMask(const LitScene& lit, const Pinhole& camera, const Rigid& cam_from_world,
                                const Progress& progress) {
-  const View view(lit, camera, cam_from_world);
+  const RenderedCamera view(lit, camera, cam_from_world);
   Image<std::uint8_t> mask(camera.width, camera.height);
   ParallelFor(0, camera.height, [&](int y) {
     progress.Check();
@@ -134,11 +134,11 @@ Image<std::uint8_t> RenderMask(const LitScene& lit, const Pinhole& camera, const
   return mask;
 }
 
-double AutomaticGain(const LitScene& lit, const Pinhole& camera, const std::vector<SimulatedView>& views,
+double AutomaticGain(const LitScene& lit, const Pinhole& camera, const std::vector<SimulatedPose>& views,
                      const Progress& progress) {
   const Pinhole small = camera.Resized(std::max(1, camera.width / 10), std::max(1, camera.height / 10));
   std::vector<float> brightest;
-  for (const SimulatedView& v : views) {
+  for (const SimulatedPose& v : views) {
     const Image<Eigen::Vector3f> stokes = RenderStokes(lit, small, v.cam_from_world, 1, progress);
     for (const Eigen::Vector3f& s : stokes.pixels())
       if (s[1] != 0 || s[2] != 0)

@@ -34,7 +34,7 @@ Image<std::uint8_t> RenderMask(const LitScene& lit, const Pinhole& camera, const
                                const Progress& progress = {});
 
 // The gain at which 0.5 % of the lit pixels of these views clip in their brightest polarizer.
-double AutomaticGain(const LitScene& lit, const Pinhole& camera, const std::vector<SimulatedView>& views,
+double AutomaticGain(const LitScene& lit, const Pinhole& camera, const std::vector<SimulatedPose>& views,
                      const Progress& progress = {});
 
 }  // namespace polarscan

@@ -67,8 +67,8 @@ PackedImage Pack(const Image<float>& gray) {
   return packed;
 }
 
-float MatchingCostScalar(const Window& window, const Patch& patch, const Warp& h, const PackedImage& source,
-                         float epsilon) {
+float NccCostScalar(const Window& window, const Patch& patch, const Warp& h, const PackedImage& source,
+                    float epsilon) {
   const float max_x = float(source.width) - 1.001f, max_y = float(source.height) - 1.001f;
   const float cu = h.u0 / h.w0, cv = h.v0 / h.w0;
   if (!(h.w0 > 0 && cu >= 0 && cv >= 0 && cu <= float(source.width) && cv <= float(source.height))) return 2;

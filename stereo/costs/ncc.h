@@ -60,10 +60,10 @@ struct Warp {
 // 1 - NCC in [0, 2]; 2 if any sample is behind the source camera or the centre falls outside of its picture.
 // Samples outside are taken from the border. epsilon is added to both variances and to the covariance, so
 // that flat matches flat.
-float MatchingCostScalar(const Window&, const Patch&, const Warp&, const PackedImage&, float epsilon);
+float NccCostScalar(const Window&, const Patch&, const Warp&, const PackedImage&, float epsilon);
 
 // The same by vectors of the widest kind that this processor has (Highway, run-time dispatch); equal to the
 // scalar one but for the order of the sums.
-float MatchingCostSimd(const Window&, const Patch&, const Warp&, const PackedImage&, float epsilon);
+float NccCostSimd(const Window&, const Patch&, const Warp&, const PackedImage&, float epsilon);
 
 }  // namespace polarscan

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sibling of MatchingCostScalar for vectors of any width, compiled once per instruction set by Highway
+// The sibling of NccCostScalar for vectors of any width, compiled once per instruction set by Highway
 // (foreach_target.h includes this file again for each) and chosen at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "stereo/costs/ncc_simd.cpp"
@@ -35,8 +35,8 @@ F Interpolate(W words, F fraction) {
   return hn::MulAdd(fraction, hn::Sub(high, low), low);
 }
 
-float Cost(const Window& window, const Patch& patch, const Warp& h, const PackedImage& source,
-           float epsilon) {
+float NccCost(const Window& window, const Patch& patch, const Warp& h, const PackedImage& source,
+              float epsilon) {
   const float cu = h.u0 / h.w0, cv = h.v0 / h.w0;
   if (!(h.w0 > 0 && cu >= 0 && cv >= 0 && cu <= float(source.width) && cv <= float(source.height))) return 2;
   const Floats d;
@@ -82,11 +82,11 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace polarscan {
 
-HWY_EXPORT(Cost);
+HWY_EXPORT(NccCost);
 
-float MatchingCostSimd(const Window& window, const Patch& patch, const Warp& warp, const PackedImage& source,
-                       float epsilon) {
-  return HWY_DYNAMIC_DISPATCH(Cost)(window, patch, warp, source, epsilon);
+float NccCostSimd(const Window& window, const Patch& patch, const Warp& warp, const PackedImage& source,
+                  float epsilon) {
+  return HWY_DYNAMIC_DISPATCH(NccCost)(window, patch, warp, source, epsilon);
 }
 
 }  // namespace polarscan

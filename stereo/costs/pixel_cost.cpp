@@ -28,7 +28,7 @@ float PixelCost::Match(const PixelContext& pixel, const Hypothesis& hypothesis, 
   const Source& s = problem_.sources[source];
   const Warp warp =
       PlaneWarp(problem_.reference->camera, s, pixel.ray, pixel.turned_rays[source], hypothesis);
-  return MatchingCostSimd(window_, pixel.patch, warp, s.view->packed, float(options_.ncc_epsilon));
+  return NccCostSimd(window_, pixel.patch, warp, s.view->packed, float(options_.ncc_epsilon));
 }
 
 Eigen::Vector3f PixelCost::ClosedFormNormal(const PixelContext& pixel, const Hypothesis& start,
@@ -47,7 +47,7 @@ Eigen::Vector3f PixelCost::ClosedFormNormal(const PixelContext& pixel, const Hyp
 }
 
 float PixelCost::PolarizationTerm(const PixelContext& pixel, const Hypothesis& hypothesis,
-                                  const SeenBy& seen) const {  // F_pol, eq. (6)
+                                  const SeenBy& seen) const {  // F_pol, eq. (7)
   PolarimetricCost cost(normalised_polarization_);
   const PolarSample& own = problem_.reference->polar(pixel.x, pixel.y);
   cost.Add(own, residual_(own, hypothesis.normal, pixel.ray.x(), pixel.ray.y()), 1);
@@ -63,7 +63,7 @@ float PixelCost::PolarizationTerm(const PixelContext& pixel, const Hypothesis& h
 }
 
 float PixelCost::DepthNormalTerm(const PixelContext& pixel,
-                                 const Hypothesis& hypothesis) const {  // F_dep, eq. (9)
+                                 const Hypothesis& hypothesis) const {  // F_dep, eq. (10)
   const Neighbour& beside = pixel.neighbours[pixel.neighbours[2].estimate.depth > 0 ? 2 : 3];
   return DepthNormalAngle(hypothesis, pixel.ray, pixel.neighbours[0], beside);
 }

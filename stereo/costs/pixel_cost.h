@@ -3,7 +3,7 @@
 #include <array>
 #include <span>
 
-#include "stereo/costs/cost.h"
+#include "stereo/costs/cost_terms.h"
 #include "stereo/costs/hypotheses.h"
 #include "stereo/costs/problem.h"
 

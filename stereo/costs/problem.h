@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "stereo/costs/view.h"
+#include "stereo/costs/stereo_view.h"
 
 namespace polarscan {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/progress.h"
-#include "stereo/sfm/scene.h"
+#include "stereo/sfm/scene_points.h"
 
 namespace polarscan {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stereo/costs/view.h"
+#include "stereo/costs/stereo_view.h"
 #include "stereo/workspace.h"
 
 namespace polarscan {

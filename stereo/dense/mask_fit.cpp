@@ -12,7 +12,7 @@
 #include "core/parallel.h"
 #include "core/random.h"
 #include "core/words.h"
-#include "stereo/costs/view.h"
+#include "stereo/costs/stereo_view.h"
 
 namespace polarscan {
 namespace {

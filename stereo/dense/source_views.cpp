@@ -102,8 +102,8 @@ double AngleScore(double angle_deg) {
   return std::exp(-0.5 * away * away) * std::min(1.0, angle_deg / kSmallest);
 }
 
-std::vector<std::vector<int>> ChooseSources(const std::vector<DenseView>& views,
-                                            const std::vector<ScenePoint>& points, int most) {
+std::vector<std::vector<int>> ChooseSourceViews(const std::vector<DenseView>& views,
+                                                const std::vector<ScenePoint>& points, int most) {
   const Pairs pairs = ScorePairsByPoints(views, points);
   const std::vector<double> focus = FocusDepths(views, points);
   const std::vector<int> places = Places(views);

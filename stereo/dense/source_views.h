@@ -2,7 +2,7 @@
 #pragma once
 #include <vector>
 
-#include "stereo/sfm/scene.h"
+#include "stereo/sfm/scene_points.h"
 
 namespace polarscan {
 
@@ -15,7 +15,7 @@ double AngleScore(double angle_deg);
 // comes from the poses: AngleScore at the place the view looks at, times the share of its picture, at that
 // depth, that the other sees. Of views from one place (SamePlace) one at most, and none from the view's own.
 // Deterministic: equal scores are ordered by index.
-std::vector<std::vector<int>> ChooseSources(const std::vector<DenseView>& views,
-                                            const std::vector<ScenePoint>& points, int most = 20);
+std::vector<std::vector<int>> ChooseSourceViews(const std::vector<DenseView>& views,
+                                                const std::vector<ScenePoint>& points, int most = 20);
 
 }  // namespace polarscan

@@ -12,8 +12,8 @@
 #include "core/parallel.h"
 #include "demosaic/stokes.h"
 #include "stereo/dense/colmap/dense_export.h"
-#include "stereo/dense/dense_views.h"
 #include "stereo/dense/resample.h"
+#include "stereo/dense/sources_and_depths.h"
 #include "stereo/workspace.h"
 
 namespace polarscan {

@@ -2,7 +2,7 @@
 #pragma once
 #include "core/camera.h"
 #include "core/image.h"
-#include "stereo/costs/view.h"
+#include "stereo/costs/stereo_view.h"
 
 namespace polarscan {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/parallel.h"
-#include "stereo/costs/aop_table.h"
+#include "stereo/costs/aop_normal.h"
 
 namespace polarscan {
 namespace {

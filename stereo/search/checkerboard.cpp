@@ -94,8 +94,8 @@ class Checkerboard {
 
   // The K sources that fit the candidates best. A source's weight is the mean over the candidates that it
   // fits of exp(-cost^2 / (2 beta^2)); one that fits hardly any candidate does not see the point.
-  void ChooseSources(const Costs& costs, const std::array<Hypothesis, kCandidates>& candidates, int iteration,
-                     PixelContext& pixel) const {
+  void ChoosePixelSources(const Costs& costs, const std::array<Hypothesis, kCandidates>& candidates,
+                          int iteration, PixelContext& pixel) const {
     constexpr float kBeta = 0.3f, kGood = 0.8f, kBad = 1.2f;
     const float good_limit = kGood * std::exp(-float(iteration * iteration) / 90);
     std::array<PixelContext::Chosen, kMaxSources> all;
@@ -146,7 +146,7 @@ class Checkerboard {
       if (candidates[j].depth <= 0) continue;
       for (std::size_t s = 0; s < cost_.sources(); ++s) costs[j][s] = cost_.Match(pixel, candidates[j], s);
     }
-    ChooseSources(costs, candidates, iteration, pixel);
+    ChoosePixelSources(costs, candidates, iteration, pixel);
     Hypothesis best = candidates[0];
     float best_cost = cost_.Total(pixel, best, costs[0].data(), 1e30f);
     const auto consider = [&](const Hypothesis& hypothesis, const float* known) {

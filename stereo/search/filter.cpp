@@ -6,9 +6,9 @@
 #include <numbers>
 
 #include "core/parallel.h"
-#include "stereo/costs/cost.h"
+#include "stereo/costs/cost_terms.h"
 #include "stereo/costs/pixel_cost.h"
-#include "stereo/search/selection.h"
+#include "stereo/search/visibility.h"
 
 namespace polarscan {
 namespace {
@@ -23,7 +23,7 @@ class Filter {
         max_cos_triangulation_(
             float(std::cos(options.filter_min_triangulation_angle_deg * std::numbers::pi / 180))) {}
 
-  bool HasCue(int x, int y) const {
+  bool HasCue(int x, int y) const {  // eq. (11)
     const Image<PolarSample>& polar = problem_.reference->polar;
     if (!polar.empty() && polar(x, y).dop >= float(options_.filter_min_dop)) return true;
     Patch patch;

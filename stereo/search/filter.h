@@ -8,13 +8,11 @@
 namespace polarscan {
 
 // Sets depth and normal to 0 where the estimate is unreliable (section 3.4):
-// - the pixel has neither enough polarization (DoP >= rho_t) nor enough texture (variance of its patch >=
-// lambda_t, in
-//   squared 8-bit levels). The paper's prose admits "and" and "or"; "and" would delete every texture-less
-//   pixel, so one of the two is enough. Without polarization only texture counts.
+// - eq. (11): the pixel has neither enough polarization (DoP >= rho_t) nor enough texture (variance of its
+//   patch >= lambda_t, in squared 8-bit levels). The paper's prose admits "and" and "or"; "and" would delete
+//   every texture-less pixel, so one of the two is enough. Without polarization only texture counts.
 // - then as COLMAP: fewer than filter_min_consistent sources see it at enough triangulation angle, from the
-// front, with
-//   enough probability and, in the geometric pass, with a small forward-backward error.
+//   front, with enough probability and, in the geometric pass, with a small forward-backward error.
 // selection: for each pixel and source, source fastest, how likely it sees the point; empty: all do.
 void FilterEstimates(const Problem& problem, const StereoOptions& options,
                      const std::vector<float>& selection, DepthNormalMap& map);

@@ -8,7 +8,7 @@
 #include "core/random.h"
 #include "stereo/costs/hypotheses.h"
 #include "stereo/costs/pixel_cost.h"
-#include "stereo/search/selection.h"
+#include "stereo/search/visibility.h"
 
 namespace polarscan {
 namespace {

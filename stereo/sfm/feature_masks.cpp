@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 // True for the features inside of a picture's mask; no entry for pictures without a mask.
 FeatureFlags InsideMasks(const Mapping& m, const FeaturePlaces& places) {
   FeatureFlags inside;
-  for (const View& view : m.views) {
+  for (const ListedView& view : m.views) {
     const fs::path path = m.pictures / "masks" / view.PictureName();
     const auto found = places.find(view.PictureName());
     if (found == places.end() || !fs::exists(path)) continue;
@@ -51,7 +51,7 @@ std::size_t CountAll(const FeaturePlaces& places) {
 
 int LongestSide(const Mapping& m) {
   int longest = 0;
-  for (const View& view : m.views) longest = std::max({longest, view.width, view.height});
+  for (const ListedView& view : m.views) longest = std::max({longest, view.width, view.height});
   return longest;
 }
 

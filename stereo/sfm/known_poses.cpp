@@ -59,7 +59,7 @@ const ColmapImage* FindImage(const ImagesByName& index, const std::string& view,
   return nullptr;
 }
 
-void RequireTwo(const SparseModel& kept, const SparseModel& given, const std::vector<View>& views,
+void RequireTwo(const SparseModel& kept, const SparseModel& given, const std::vector<ListedView>& views,
                 const std::string& where) {
   if (kept.images.size() > 1) return;
   if (views.size() == 1)
@@ -67,7 +67,7 @@ void RequireTwo(const SparseModel& kept, const SparseModel& given, const std::ve
                 "Add pictures from other places, about 20 degrees apart");
   std::vector<std::string> theirs, ours;
   for (const auto& [id, image] : given.images) theirs.push_back(image.name);
-  for (const View& view : views) ours.push_back(view.name);
+  for (const ListedView& view : views) ours.push_back(view.name);
   const std::string names =
       fmt::format("the model has {}; the views are {}", theirs.empty() ? "no images" : Enumerate(theirs, 3),
                   Enumerate(ours, 3));
@@ -81,7 +81,7 @@ void RequireTwo(const SparseModel& kept, const SparseModel& given, const std::ve
 }
 
 // The image with its observations at the scale of the view's picture.
-ColmapImage AdaptImage(ColmapImage image, const ColmapCamera& camera, const View& view) {
+ColmapImage AdaptImage(ColmapImage image, const ColmapCamera& camera, const ListedView& view) {
   const bool sized = view.width > 0;
   const double sx = sized ? double(view.width) / camera.width : 1,
                sy = sized ? double(view.height) / camera.height : 1;
@@ -122,12 +122,12 @@ std::map<std::uint64_t, ColmapPoint> SelectPoints(const SparseModel& given, cons
 
 }  // namespace
 
-SparseModel SelectKnownPoses(const SparseModel& given, const std::vector<View>& views,
+SparseModel SelectKnownPoses(const SparseModel& given, const std::vector<ListedView>& views,
                              const std::string& where) {
   const ImagesByName index = IndexByName(given);
   SparseModel kept;
   kept.offset = given.offset;
-  for (const View& view : views) {
+  for (const ListedView& view : views) {
     const ColmapImage* image = FindImage(index, view.name, where);
     if (!image) continue;
     const ColmapCamera& camera = given.cameras.at(image->camera_id);
@@ -158,7 +158,7 @@ std::uint32_t GivenCamera(std::uint32_t id, const SparseModel& model, const Spar
 
 }  // namespace
 
-SparseModel ReadKnownPoses(const fs::path& folder, const std::vector<View>& views, Progress& progress) {
+SparseModel ReadKnownPoses(const fs::path& folder, const std::vector<ListedView>& views, Progress& progress) {
   std::vector<std::string> notes;
   const SparseModel given = ReadSparseModel(folder, &notes);
   SparseModel model = SelectKnownPoses(given, views, folder.string());

@@ -15,7 +15,7 @@ namespace polarscan {
 // the views' size (a view of width 0 has none yet: its camera stays); points that no view sees are dropped.
 // `where` names the model in messages. Throws Error, with examples of both names, if fewer than two views
 // have a pose; if a view has two; if a camera cannot be the views'.
-SparseModel SelectKnownPoses(const SparseModel& given, const std::vector<View>& views,
+SparseModel SelectKnownPoses(const SparseModel& given, const std::vector<ListedView>& views,
                              const std::string& where);
 
 // How many of the views, by name, the model has a pose for; one that it has two for counts.
@@ -23,7 +23,7 @@ std::size_t CountKnownPoses(const SparseModel& given, const std::vector<std::str
 
 // Reads the model in `folder` and selects. Warns of views without a pose, by name, of what is odd in the
 // files, and of cameras that were given for another size.
-SparseModel ReadKnownPoses(const std::filesystem::path& folder, const std::vector<View>& views,
+SparseModel ReadKnownPoses(const std::filesystem::path& folder, const std::vector<ListedView>& views,
                            Progress& progress);
 
 }  // namespace polarscan

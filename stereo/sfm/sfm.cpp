@@ -12,7 +12,7 @@
 #include "stereo/sfm/feature_masks.h"
 #include "stereo/sfm/known_poses.h"
 #include "stereo/sfm/model/camera_models.h"
-#include "stereo/sfm/scene.h"
+#include "stereo/sfm/scene_points.h"
 #include "stereo/sfm/verdict.h"
 
 namespace polarscan {
@@ -26,12 +26,12 @@ constexpr int kSmallPart = 3;                 // pictures that make a model of t
 bool NeedsColmap(const SfmOptions& options) { return options.triangulate || options.bundle_adjustment; }
 
 // Hash of pictures, masks, known model and options: all that the result depends on.
-std::string ResultHash(const fs::path& folder, const std::vector<View>& views,
+std::string ResultHash(const fs::path& folder, const std::vector<ListedView>& views,
                        const std::optional<fs::path>& known, const SfmOptions& options) {
   std::uint64_t hash = Hash(ToText(ValuesOf(options)) + " 1");
-  for (const View& view : views) hash = HashFile(folder / view.PictureName(), Hash(view.name, hash));
+  for (const ListedView& view : views) hash = HashFile(folder / view.PictureName(), Hash(view.name, hash));
   if (options.masks != "no" && (!known || NeedsColmap(options)))
-    for (const View& view : views)
+    for (const ListedView& view : views)
       if (const fs::path mask = folder / "masks" / view.PictureName(); fs::exists(mask))
         hash = HashFile(mask, Hash(view.name, hash));
   if (!known) return ToHex(hash);
@@ -78,10 +78,10 @@ void WriteResult(const fs::path& folder, const std::string& hash, const SparseMo
 }
 
 // Images of other names than ours cannot come from our database.
-void CheckNames(const std::vector<SparseModel>& models, const std::vector<View>& views,
+void CheckNames(const std::vector<SparseModel>& models, const std::vector<ListedView>& views,
                 const fs::path& where) {
   std::set<std::string> ours;
-  for (const View& view : views) ours.insert(view.PictureName());
+  for (const ListedView& view : views) ours.insert(view.PictureName());
   for (const SparseModel& model : models)
     for (const auto& [id, image] : model.images)
       if (!ours.contains(image.name))
@@ -148,7 +148,7 @@ void TryInsideMasks(const Mapping& m, const std::string& matcher, std::vector<Sp
 }
 
 // How many of the views are in none of the models.
-std::size_t CountUnplaced(const std::vector<SparseModel>& models, const std::vector<View>& views) {
+std::size_t CountUnplaced(const std::vector<SparseModel>& models, const std::vector<ListedView>& views) {
   std::set<std::string> placed;
   for (const SparseModel& model : models)
     for (const auto& [id, image] : model.images) placed.insert(image.name);
@@ -274,7 +274,7 @@ SparseModel EstimatePoses(const fs::path& views_folder, const fs::path& sfm_fold
                           Progress& progress) {
   SfmOptions checked = options;
   Validate(Table(checked));
-  const std::vector<View> views = ListViews(views_folder);
+  const std::vector<ListedView> views = ListViews(views_folder);
   const std::string hash = ResultHash(views_folder, views, known_model, options);
   if (const auto done = ReadResult(sfm_folder / "model", hash)) return *done;
   CreateFolder(sfm_folder);

@@ -57,7 +57,7 @@ Link BestLink(const std::set<std::string>& from, const std::set<std::string>& to
 // "b0 to b6 hang together but not with the rest (at most 20 matches, of b0 with a7)", for COLMAP's other
 // models. Takes the views out of `missing`.
 std::vector<std::string> PieceWords(std::vector<std::string>& missing, const std::set<std::string>& placed,
-                                    const std::vector<View>& views, const Evidence& evidence) {
+                                    const std::vector<ListedView>& views, const Evidence& evidence) {
   std::vector<std::string> words;
   for (const std::vector<std::string>& piece : evidence.pieces) {
     const std::set<std::string> pictures(piece.begin(), piece.end());
@@ -77,8 +77,8 @@ std::vector<std::string> PieceWords(std::vector<std::string>& missing, const std
 }
 
 // Why each of the views is missing: "no features in a, b; no match with any other view for c; ...".
-std::string Causes(std::vector<std::string> missing, const SparseModel& model, const std::vector<View>& views,
-                   const Evidence& evidence) {
+std::string Causes(std::vector<std::string> missing, const SparseModel& model,
+                   const std::vector<ListedView>& views, const Evidence& evidence) {
   const std::set<std::string> placed = PicturesOf(model);
   std::vector<std::string> parts = PieceWords(missing, placed, views, evidence);
   std::set<std::string> all;  // where nothing is placed, matches with any view count
@@ -145,15 +145,15 @@ double Extent(const SparseModel& model) {
 
 }  // namespace
 
-std::vector<std::string> MissingViews(const SparseModel& model, const std::vector<View>& views) {
+std::vector<std::string> MissingViews(const SparseModel& model, const std::vector<ListedView>& views) {
   const std::set<std::string> posed = PicturesOf(model);
   std::vector<std::string> missing;
-  for (const View& view : views)
+  for (const ListedView& view : views)
     if (!posed.contains(view.PictureName())) missing.push_back(view.name);
   return missing;
 }
 
-double RegisteredShare(const SparseModel& model, const std::vector<View>& views) {
+double RegisteredShare(const SparseModel& model, const std::vector<ListedView>& views) {
   return 1.0 - double(MissingViews(model, views).size()) / double(views.size());
 }
 
@@ -188,7 +188,7 @@ bool HasMoved(const SparseModel& model) {
   return model.images.empty() || Parallax(model).value_or(0) > kLeastParallaxPx;
 }
 
-void JudgePoses(const SparseModel& model, const std::vector<View>& views, const Evidence& evidence,
+void JudgePoses(const SparseModel& model, const std::vector<ListedView>& views, const Evidence& evidence,
                 double smallest_share, const std::string& log, Progress& progress) {
   const std::vector<std::string> missing = MissingViews(model, views);
   const std::size_t registered = views.size() - missing.size();

@@ -21,9 +21,9 @@ constexpr double kGoodShare = 0.8;
 constexpr double kDoubtfulError = 1;
 
 // The names of the views that the model has no image of.
-std::vector<std::string> MissingViews(const SparseModel& model, const std::vector<View>& views);
+std::vector<std::string> MissingViews(const SparseModel& model, const std::vector<ListedView>& views);
 
-double RegisteredShare(const SparseModel& model, const std::vector<View>& views);
+double RegisteredShare(const SparseModel& model, const std::vector<ListedView>& views);
 
 // What is known of the views beside their poses, for the words about those that were not placed.
 struct Evidence {
@@ -46,7 +46,7 @@ bool HasMoved(const SparseModel& model);
 // Says what is wrong with estimated poses, in words that help: throws Error if the share of registered views
 // is below `smallest_share` (or fewer than two are registered) or the cameras hardly moved, warns
 // of all missing views by name and cause; warns of cameras that cannot be right. `log` is COLMAP's.
-void JudgePoses(const SparseModel& model, const std::vector<View>& views, const Evidence& evidence,
+void JudgePoses(const SparseModel& model, const std::vector<ListedView>& views, const Evidence& evidence,
                 double smallest_share, const std::string& log, Progress& progress);
 
 // The same for known poses, of which the missing ones are known (known_poses.h): throws Error if all cameras

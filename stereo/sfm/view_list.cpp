@@ -13,8 +13,8 @@
 
 namespace polarscan {
 
-std::vector<View> ListViews(const std::filesystem::path& views) {
-  std::vector<View> found;
+std::vector<ListedView> ListViews(const std::filesystem::path& views) {
+  std::vector<ListedView> found;
   if (!std::filesystem::is_directory(views)) throw Error("no folder of views", views.string());
   for (const auto& entry : std::filesystem::directory_iterator(views)) {
     const auto path = entry.path();
@@ -24,7 +24,7 @@ std::vector<View> ListViews(const std::filesystem::path& views) {
   if (found.size() < 2)
     throw Error(fmt::format("{} view(s) found, at least 2 are needed", found.size()), views.string(),
                 "Take pictures from several sides");
-  std::ranges::sort(found, {}, &View::name);
+  std::ranges::sort(found, {}, &ListedView::name);
   ParallelFor(0, int(found.size()), [&](int i) {
     const Picture picture = ReadPicture(views / found[std::size_t(i)].PictureName());
     found[std::size_t(i)].width = picture.width();
@@ -33,7 +33,7 @@ std::vector<View> ListViews(const std::filesystem::path& views) {
   return found;
 }
 
-std::string EnumerateRuns(const std::vector<std::string>& names, const std::vector<View>& views) {
+std::string EnumerateRuns(const std::vector<std::string>& names, const std::vector<ListedView>& views) {
   const std::set<std::string> wanted(names.begin(), names.end());
   std::vector<std::string> parts;
   for (std::size_t i = 0; i < views.size(); ++i) {

@@ -6,7 +6,7 @@
 
 #include "acquisition/capture.h"
 #include "acquisition/input/input.h"
-#include "acquisition/session/exchange.h"
+#include "acquisition/session/import_export.h"
 #include "acquisition/session/session_views.h"
 #include "core/error.h"
 #include "demosaic/polar_view.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/live_view.h"
+#include "acquisition/live_picture.h"
 
 #include <gtest/gtest.h>
 
@@ -35,13 +35,13 @@ Frame UniformFrame(const Layout& layout, const Intensity& intensity) {
   return frame;
 }
 
-TEST(LiveView, StokesOfLightThatMalusLawDescribes) {
+TEST(LivePicture, StokesOfLightThatMalusLawDescribes) {
   const double s0 = 2000, dop = 0.4, aop = 0.3;
   for (const char* layout : {"90 45 / 135 0", "0 45 / 135 90"}) {
     const Frame frame = UniformFrame(ParseLayout(layout), [&](int angle) {
       return std::lround(kBlack + 0.5 * s0 * (1 + dop * std::cos(2 * (angle * M_PI / 180 - aop))));
     });
-    const LiveView view = LookAt(frame, TwelveBits(layout), 16);
+    const LivePicture view = LookAt(frame, TwelveBits(layout), 16);
     ASSERT_EQ(view.stokes.s0.width(), 16);
     EXPECT_NEAR(view.stokes.s0(3, 5), s0 / 4000, 2e-3);
     EXPECT_NEAR(view.stokes.s1(3, 5), dop * s0 / 4000 * std::cos(2 * aop), 1e-3);
@@ -51,9 +51,9 @@ TEST(LiveView, StokesOfLightThatMalusLawDescribes) {
   }
 }
 
-TEST(LiveView, ClippedSharesGoToTheirPolarizerAndAreSaid) {
+TEST(LivePicture, ClippedSharesGoToTheirPolarizerAndAreSaid) {
   const Sensor sensor = TwelveBits("90 45 / 135 0");
-  const LiveView view =
+  const LivePicture view =
       LookAt(UniformFrame(sensor.layout, [](int angle) { return angle == 45 ? 4095 : 1000; }), sensor, 16);
   EXPECT_TRUE(std::isinf(view.stokes.noise(3, 3)));
   EXPECT_EQ(view.clipped, (std::array<double, 4>{0, 1, 0, 0}));
@@ -80,25 +80,25 @@ Frame OverexposedFrame(double full, double noise_before, double noise_after) {
   return frame;
 }
 
-TEST(LiveView, APileUpAtTheTopIsSaturationWhereverItLies) {
+TEST(LivePicture, APileUpAtTheTopIsSaturationWhereverItLies) {
   const Sensor sensor = TwelveBits("90 45 / 135 0");
   for (const double full : {4095.0, 4094.0, 4000.0, 3995.0, 3500.0, 2047.0, 1023.0})
     for (const double noise : {0.0, 20.0}) {
-      const LiveView view = LookAt(OverexposedFrame(full, noise, 0), sensor, 16);
+      const LivePicture view = LookAt(OverexposedFrame(full, noise, 0), sensor, 16);
       for (const double share : view.clipped) EXPECT_NEAR(share, 1 / 3.0, 0.03) << full << " " << noise;
       EXPECT_TRUE(Advice(view).contains("clipped"));
     }
   // Each pixel has a full well of its own, or noise comes after it: within the last tenth.
   for (const double full : {4000.0, 3950.0}) {
-    const LiveView view = LookAt(OverexposedFrame(full, 20, 30), sensor, 16);
+    const LivePicture view = LookAt(OverexposedFrame(full, 20, 30), sensor, 16);
     for (const double share : view.clipped) EXPECT_NEAR(share, 1 / 3.0, 0.06) << full;
   }
 }
 
-TEST(LiveView, APictureThatIsSaturatedAllOverIsSaidToBe) {
+TEST(LivePicture, APictureThatIsSaturatedAllOverIsSaidToBe) {
   const Sensor sensor = TwelveBits("90 45 / 135 0");
   for (const double full : {4095.0, 4000.0, 2047.0}) {
-    const LiveView view = LookAt(UniformFrame(sensor.layout, [&](int) { return int(full); }), sensor, 16);
+    const LivePicture view = LookAt(UniformFrame(sensor.layout, [&](int) { return int(full); }), sensor, 16);
     EXPECT_EQ(view.clipped, (std::array<double, 4>{1, 1, 1, 1})) << full;
   }
   EXPECT_TRUE(Advice(LookAt(UniformFrame(sensor.layout, [](int angle) { return 3900 + angle; }), sensor, 16))
@@ -106,7 +106,7 @@ TEST(LiveView, APictureThatIsSaturatedAllOverIsSaidToBe) {
 }
 
 // An evenly lit wall: a peak of the histogram with nothing above it, which is its light.
-TEST(LiveView, AnEvenBrightPictureIsNotTakenAsSaturated) {
+TEST(LivePicture, AnEvenBrightPictureIsNotTakenAsSaturated) {
   for (const double level : {700.0, 1500.0, 3000.0, 3600.0}) {
     Image<std::uint16_t> counts(256, 256);
     for (int y = 0; y < 256; ++y)
@@ -117,19 +117,19 @@ TEST(LiveView, AnEvenBrightPictureIsNotTakenAsSaturated) {
     frame.info.pixel_format = "Mono12";
     frame.info.width = frame.info.height = 256;
     frame.payload = Pack(ParsePixelFormat("Mono12"), counts);
-    const LiveView view = LookAt(frame, TwelveBits("90 45 / 135 0"), 16);
+    const LivePicture view = LookAt(frame, TwelveBits("90 45 / 135 0"), 16);
     EXPECT_EQ(view.clipped, (std::array<double, 4>{0, 0, 0, 0})) << level;
   }
 }
 
-TEST(LiveView, ADarkPictureIsSaid) {
+TEST(LivePicture, ADarkPictureIsSaid) {
   const Sensor sensor = TwelveBits("90 45 / 135 0");
   const Frame frame = UniformFrame(sensor.layout, [](int) { return 120; });
   EXPECT_TRUE(Advice(LookAt(frame, sensor, 16)).contains("dark"));
 }
 
 // A sine wave of S0 with a period of n cells: its Laplacian is (2 - 2 cos(2 pi / n)) times itself.
-TEST(LiveView, SharpnessOfASineWave) {
+TEST(LivePicture, SharpnessOfASineWave) {
   constexpr int kPeriod = 8;
   Image<std::uint16_t> counts(kSize, kSize);
   for (int y = 0; y < kSize; ++y)

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 
+#include "acquisition/session/session_repair.h"
 #include "acquisition/session/session_writer.h"
 #include "session_helpers.h"
 

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "acquisition/session/session_repair.h"
 #include "core/error.h"
 
 namespace polarscan::test {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A surface as a graph: its borders, the gaps that are closed or cut, membranes over them, fewer triangles.
-#include "fusion/surface/poisson/close_surface.h"
+#include "fusion/surface/close_surface.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "fusion/mesh_topology.h"
-#include "fusion/surface/poisson/membranes.h"
+#include "fusion/surface/membranes.h"
 #include "fusion/surface/simplify.h"
 #include "tests/fusion/icosphere.h"
 #include "tests/fusion/mesh_checks.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fusion/surface/refine.h"
+#include "fusion/surface/refinement/refine.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -7,10 +7,10 @@
 #include <algorithm>
 
 #include "core/random.h"
-#include "fusion/surface/mesh_views.h"
-#include "fusion/surface/normal_fit.h"
-#include "fusion/surface/photometric.h"
-#include "fusion/surface/silhouettes.h"
+#include "fusion/surface/refinement/mesh_views.h"
+#include "fusion/surface/refinement/normal_fit.h"
+#include "fusion/surface/refinement/photometric.h"
+#include "fusion/surface/refinement/silhouettes.h"
 #include "pipeline/workspace_views.h"
 #include "tests/fusion/icosphere.h"
 #include "tests/fusion/sphere_scene.h"

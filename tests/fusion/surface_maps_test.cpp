@@ -11,7 +11,7 @@
 #include "core/random.h"
 #include "pipeline/aop_check.h"
 #include "pipeline/stereo/done_list.h"
-#include "stereo/costs/view.h"
+#include "stereo/costs/stereo_view.h"
 #include "stereo/dense/load_view.h"
 #include "tests/fusion/sphere_scene.h"
 

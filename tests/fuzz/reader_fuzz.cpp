@@ -20,7 +20,7 @@
 #include "pipeline/check_files.h"
 #include "pipeline/scan.h"
 #include "simulation/gige/gige_server.h"
-#include "simulation/gige/packets.h"
+#include "simulation/gige/protocol.h"
 #include "stereo/sfm/model/model.h"
 
 using namespace polarscan;

@@ -10,6 +10,7 @@
 #include <set>
 
 #include "acquisition/session/session_reader.h"
+#include "acquisition/session/session_repair.h"
 #include "acquisition/session/session_views.h"
 #include "core/error.h"
 #include "core/files/files.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/costs/cost.h"
+#include "stereo/costs/cost_terms.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 
 #include "core/random.h"
 #include "stereo/costs/hypotheses.h"
-#include "stereo/search/selection.h"
+#include "stereo/search/visibility.h"
 
 namespace polarscan {
 namespace {
@@ -21,7 +21,7 @@ double Azimuth(const Vector3f& n, float x, float y) {
   return std::atan2(-(n.y() - n.z() * y), n.x() - n.z() * x);
 }
 
-// eta of eq. (7): distance of alpha - phi to the nearest multiple of 90 degrees.
+// eta of eq. (8): distance of alpha - phi to the nearest multiple of 90 degrees.
 double Eta(double alpha, double phi) {
   const double d = std::abs(std::remainder(alpha - phi, kPi / 2));
   return d;

@@ -37,15 +37,15 @@ TEST(Ncc, IsZeroForTheRightWarpAndNotForAWrongOne) {
   const Window window = MakeWindow(5, 2);
   const PackedImage source = Pack(Render(80, 60, 3.25));
   const Patch patch = ReadPatch(window, Render(80, 60, 0), 40, 30);
-  EXPECT_LT(MatchingCostScalar(window, patch, Shift(40, 30, -3.25f), source, 0), 2e-3f);
-  EXPECT_GT(MatchingCostScalar(window, patch, Shift(40, 30, 4), source, 0), 0.3f);
+  EXPECT_LT(NccCostScalar(window, patch, Shift(40, 30, -3.25f), source, 0), 2e-3f);
+  EXPECT_GT(NccCostScalar(window, patch, Shift(40, 30, 4), source, 0), 0.3f);
 }
 
 TEST(Ncc, DoesNotSeeTheSourcesGain) {
   const Window window = MakeWindow(5, 2);
   const Patch patch = ReadPatch(window, Render(80, 60, 0), 40, 30);
-  const float same = MatchingCostScalar(window, patch, Shift(40, 30, 1), Pack(Render(80, 60, 0)), 0);
-  const float darker = MatchingCostScalar(window, patch, Shift(40, 30, 1), Pack(Render(80, 60, 0, 0.5)), 0);
+  const float same = NccCostScalar(window, patch, Shift(40, 30, 1), Pack(Render(80, 60, 0)), 0);
+  const float darker = NccCostScalar(window, patch, Shift(40, 30, 1), Pack(Render(80, 60, 0, 0.5)), 0);
   EXPECT_NEAR(same, darker, 1e-3f);
 }
 
@@ -62,14 +62,13 @@ TEST(Ncc, EqualsItsDefinitionInDoublePrecision) {
     }
   r1 /= sum, s1 /= sum;
   const double ncc = (rs / sum - r1 * s1) / std::sqrt((rr / sum - r1 * r1) * (ss / sum - s1 * s1));
-  EXPECT_NEAR(MatchingCostScalar(window, patch, Shift(40, 30, 2), Pack(other), 0), 1 - ncc, 2e-3);
+  EXPECT_NEAR(NccCostScalar(window, patch, Shift(40, 30, 2), Pack(other), 0), 1 - ncc, 2e-3);
 }
 
 TEST(Ncc, MatchesFlatWithFlatByItsEpsilon) {
   const Window window = MakeWindow(5, 2);
   const Patch patch = ReadPatch(window, Image<float>(40, 40, 0.4f), 20, 20);
-  EXPECT_LT(MatchingCostScalar(window, patch, Shift(20, 20, 1), Pack(Image<float>(40, 40, 0.7f)), 1e-5f),
-            0.01f);
+  EXPECT_LT(NccCostScalar(window, patch, Shift(20, 20, 1), Pack(Image<float>(40, 40, 0.7f)), 1e-5f), 0.01f);
 }
 
 TEST(Ncc, IsWorstBehindTheSourceAndOutsideOfItsPicture) {
@@ -78,10 +77,10 @@ TEST(Ncc, IsWorstBehindTheSourceAndOutsideOfItsPicture) {
   const Patch patch = ReadPatch(window, gray, 40, 30);
   Warp behind = Shift(40, 30, 0);
   behind.w0 = 0.1f, behind.wx = 0.05f;
-  EXPECT_EQ(MatchingCostScalar(window, patch, behind, Pack(gray), 1e-5f), 2);
-  EXPECT_EQ(MatchingCostSimd(window, patch, behind, Pack(gray), 1e-5f), 2);
-  EXPECT_EQ(MatchingCostScalar(window, patch, Shift(40, 30, 60), Pack(gray), 1e-5f), 2);
-  EXPECT_EQ(MatchingCostSimd(window, patch, Shift(40, 30, 60), Pack(gray), 1e-5f), 2);
+  EXPECT_EQ(NccCostScalar(window, patch, behind, Pack(gray), 1e-5f), 2);
+  EXPECT_EQ(NccCostSimd(window, patch, behind, Pack(gray), 1e-5f), 2);
+  EXPECT_EQ(NccCostScalar(window, patch, Shift(40, 30, 60), Pack(gray), 1e-5f), 2);
+  EXPECT_EQ(NccCostSimd(window, patch, Shift(40, 30, 60), Pack(gray), 1e-5f), 2);
 }
 
 TEST(Ncc, VectorsAgreeWithTheScalarReferenceOnRandomWarps) {
@@ -96,8 +95,8 @@ TEST(Ncc, VectorsAgreeWithTheScalarReferenceOnRandomWarps) {
       const auto r = [&](float s) { return random.Uniform(-s, s); };
       const Warp warp{float(x) + r(20), 1 + r(.5f), r(.5f),  float(y) + r(20), r(.5f),
                       1 + r(.5f),       1 + r(.2f), r(.02f), r(.02f)};
-      EXPECT_NEAR(MatchingCostScalar(window, patch, warp, source, 1e-5f),
-                  MatchingCostSimd(window, patch, warp, source, 1e-5f), 1e-3f);
+      EXPECT_NEAR(NccCostScalar(window, patch, warp, source, 1e-5f),
+                  NccCostSimd(window, patch, warp, source, 1e-5f), 1e-3f);
     }
   }
 }

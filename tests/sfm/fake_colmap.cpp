@@ -11,7 +11,7 @@ constexpr const char* kProgram =
     "#!/bin/sh\n"
     "cd \"$(dirname \"$0\")\"\n"
     "command=$1; shift\n"
-    "if [ \"$command\" = help ]; then echo \"COLMAP RELEASE -- Structure-from-Motion and Multi-View "
+    "if [ \"$command\" = help ]; then echo \"COLMAP RELEASE -- Structure-from-Motion and Multi-ListedView "
     "Stereo\"; exit 0; fi\n"
     "if [ \"$1\" = -h ]; then cat options; exit 0; fi\n"
     "echo \"$command $*\" >> calls\n"

@@ -49,7 +49,7 @@ TEST(Scene, PointsInFrontOfTwoViewsCount) {
 
 TEST(SourceViews, OnARingThoseAbout20DegreesAwayComeFirst) {
   const std::vector<DenseView> views = Ring(36, 4, 10);
-  const auto sources = ChooseSources(views, {}, 20);
+  const auto sources = ChooseSourceViews(views, {}, 20);
   for (std::size_t i = 0; i < views.size(); ++i) {
     ASSERT_GE(sources[i].size(), 10u);
     for (int k = 0; k < 2; ++k)
@@ -64,7 +64,7 @@ TEST(SourceViews, AFlatRowOfParallelCamerasFindsItsNeighbours) {
   std::vector<DenseView> views = Ring(9);
   for (int i = 0; i < 9; ++i)
     views[std::size_t(i)].cam_from_world = {Eigen::Matrix3d::Identity(), {-0.2 * i, 0, 0}};
-  const auto sources = ChooseSources(views, {}, 4);
+  const auto sources = ChooseSourceViews(views, {}, 4);
   for (std::size_t i = 0; i < views.size(); ++i) {
     ASSERT_EQ(sources[i].size(), 4u);
     for (const int source : sources[i]) EXPECT_LE(std::abs(source - int(i)), 4);
@@ -75,7 +75,7 @@ TEST(SourceViews, ViewsOfAnotherPlaceAreNotTaken) {
   std::vector<DenseView> views = Ring(12);
   for (std::size_t i = 6; i < 12; ++i)  // the second half looks outwards
     views[i].cam_from_world = LookAt(views[i].cam_from_world.Center(), 2 * views[i].cam_from_world.Center());
-  const auto sources = ChooseSources(views, {}, 20);
+  const auto sources = ChooseSourceViews(views, {}, 20);
   for (std::size_t i = 0; i < 6; ++i)
     for (const int source : sources[i]) EXPECT_LT(source, 6);
 }
@@ -85,7 +85,7 @@ TEST(SourceViews, SharedPointsDecideWhereThereAreEnough) {
   std::vector<ScenePoint> points;  // view 0 shares points with views 2, 4, 5, 6, 7, 8 only, and most with 2
   for (const int other : {2, 2, 2, 4, 5, 6, 7, 8})
     for (int k = 0; k < 40; ++k) points.push_back({Eigen::Vector3d(0.01 * k, 0, 0), {0, other}});
-  const auto sources = ChooseSources(views, points, 20);
+  const auto sources = ChooseSourceViews(views, points, 20);
   EXPECT_EQ(sources[0][0], 2);
   EXPECT_EQ(std::ranges::count(sources[0], 1), 0);
   EXPECT_GE(std::ranges::count(sources[1], 0), 1) << "view 1 has no points and falls back on poses";

@@ -6,9 +6,9 @@
 #include <algorithm>
 
 #include "core/error.h"
-#include "stereo/dense/dense_views.h"
+#include "stereo/dense/sources_and_depths.h"
 #include "stereo/sfm/model/model.h"
-#include "stereo/sfm/scene.h"
+#include "stereo/sfm/scene_points.h"
 
 namespace polarscan {
 namespace {

@@ -25,14 +25,14 @@ std::string Threads(const SfmOptions& options) {
 }
 
 bool HasSingleCamera(const Mapping& m) {
-  const View& first = m.views[0];
-  return m.options.single_camera && std::ranges::all_of(m.views, [&](const View& view) {
+  const ListedView& first = m.views[0];
+  return m.options.single_camera && std::ranges::all_of(m.views, [&](const ListedView& view) {
            return view.width == first.width && view.height == first.height;
          });
 }
 
 // The camera's starting values from a known focal length, as COLMAP wants them: "f,cx,cy,0".
-std::string StartingParameters(const SfmOptions& options, const View& view) {
+std::string StartingParameters(const SfmOptions& options, const ListedView& view) {
   const CameraModel* model = FindCameraModel(options.camera_model);
   const bool two = FocalLengths(options.camera_model) == 2;
   std::string text = fmt::format("{}", options.focal_px);
@@ -81,7 +81,8 @@ std::string DatabaseHash(const Mapping& m) {
   const SfmOptions& o = m.options;
   std::uint64_t hash = Hash(fmt::format("1 {} {} {} {} {} {}", o.camera_model, o.single_camera, o.focal_px,
                                         o.max_features, o.max_image_size, m.colmap.version()));
-  for (const View& view : m.views) hash = HashFile(m.pictures / view.PictureName(), Hash(view.name, hash));
+  for (const ListedView& view : m.views)
+    hash = HashFile(m.pictures / view.PictureName(), Hash(view.name, hash));
   return ToHex(hash);
 }
 
@@ -102,7 +103,7 @@ void CheckFeatures(const Mapping& m, int exit_code) {
   if (fs::exists(m.database())) images = ReadDatabase(m);
   std::vector<std::string> unread;
   bool any = false;
-  for (const View& view : m.views) {
+  for (const ListedView& view : m.views) {
     const auto image = images.find(view.PictureName());
     if (image == images.end()) unread.push_back(view.PictureName());
     any = any || (image != images.end() && image->second.keypoints > 0);
@@ -147,7 +148,7 @@ std::optional<int> MatchByUs(const Mapping& m, const std::string& matcher) {
   if (!m.colmap.Knows("matches_importer", "match_list_path")) return {};
   const auto all = ReadDescriptors(m.database());
   std::vector<Descriptors> pictures;
-  for (const View& view : m.views) {
+  for (const ListedView& view : m.views) {
     const auto found = all.find(view.PictureName());
     if (found == all.end() || found->first.find_first_of(" \t") != std::string::npos) return {};
     pictures.push_back(found->second);
@@ -174,7 +175,7 @@ void ExtractFeatures(const Mapping& m) {
     WriteJson(note, {{"hash", hash}});
   }
   std::string list;
-  for (const View& view : m.views) list += view.PictureName() + "\n";
+  for (const ListedView& view : m.views) list += view.PictureName() + "\n";
   WriteFileAtomically(m.folder / "pictures.txt", list);
   CheckFeatures(m, m.colmap.Run("feature_extractor", ExtractionOptions(m), "features", m.views.size(),
                                 "Processed file ["));

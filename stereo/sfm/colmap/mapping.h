@@ -13,7 +13,7 @@ namespace polarscan {
 
 // Structure from motion by COLMAP's programs, step by step. Files in `folder`: database.db, models/.
 struct Mapping {
-  const std::vector<View>& views;
+  const std::vector<ListedView>& views;
   std::filesystem::path pictures, folder;
   const SfmOptions& options;
   Colmap& colmap;
