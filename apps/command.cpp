@@ -71,6 +71,13 @@ struct AddRow {
   }
 };
 
+// Its old name, which no help shows.
+void AddHidden(CLI::App& command, Option row) {
+  row.name = row.old_name;
+  std::visit(AddRow{command, row}, row.value);
+  command.get_option("--" + row.name)->group("");
+}
+
 // The option exists already: what it is given goes to `row` as well.
 void Share(CLI::Option& option, const Option& row) {
   std::visit(
@@ -99,6 +106,7 @@ void AddOptions(CLI::App& command, const OptionTable& table, const std::string& 
     } else {
       std::visit(AddRow{command, row}, row.value);
       command.get_option("--" + row.name)->group(group);
+      if (!row.old_name.empty()) AddHidden(command, row);
     }
   }
 }

@@ -153,6 +153,7 @@ int Run(int argc, char** argv) {
 }  // namespace polarscan
 
 int main(int argc, char** argv) {
+  polarscan::AvoidBlasThreads(argv);
   const int code = polarscan::Run(argc, argv);
   if (std::cout.flush()) return code;
   std::cerr

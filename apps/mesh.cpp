@@ -69,10 +69,10 @@ void AddMeshCommand(CLI::App& app, Context& context) {
       ->type_name("FILE");
   command->add_flag("--dry-run", arguments->dry_run, "Only says what it would do");
   AddOptions(*command, Table(arguments->options), kMeshGroup);
-  ShowFirst(*command, {"mesh-depth", "mesh-close", "mesh-trim", "faces", "refine"});
+  ShowFirst(*command, {"mesh-depth", "mesh-fill-holes", "mesh-trim", "faces", "refine"});
   AddExample(*command,
              "  polarscan mesh scan --faces 100000 -o cup.glb\n"
-             "  polarscan mesh scan --mesh-close 1000 -o cup.stl    (watertight, for a printer)");
+             "  polarscan mesh scan --mesh-fill-holes 1000 -o cup.stl    (watertight, for a printer)");
   command->callback([arguments, &context] { Run(*arguments, context); });
 }
 

@@ -69,9 +69,9 @@ nlohmann::json StereoTime(const Input& input, const ReconstructArguments& a) {
 
 std::string TimeText(const nlohmann::json& time, const std::string& preset) {
   return fmt::format(
-      "stereo takes most of the time, here about {} on {} cores: {:.3g} megapixels of all views at {} s of "
+      "stereo takes most of the time, here about {} on {}: {:.3g} megapixels of all views at {} s of "
       "one core (preset {}; an estimate, docs/performance.md; with masks only the object's pixels count)",
-      FormatDuration(time.at("seconds").get<double>()), time.at("cores").get<int>(),
+      FormatDuration(time.at("seconds").get<double>()), CountOf(time.at("cores").get<std::size_t>(), "core"),
       time.at("megapixels").get<double>(), time.at("seconds_of_a_core_per_megapixel").get<double>(), preset);
 }
 

@@ -47,7 +47,9 @@ nlohmann::json ToJson(const OptionTable& table) {
 
 void FromJson(const nlohmann::json& values, OptionTable& table) {
   for (const auto& [name, value] : values.items()) {
-    const auto option = std::ranges::find(table, name, &Option::name);
+    const auto option = std::ranges::find_if(table, [&](const Option& row) {
+      return row.name == name || (!name.empty() && row.old_name == name);
+    });
     if (option == table.end()) {
       std::vector<std::string> names;
       for (const Option& row : table) names.push_back(row.name);

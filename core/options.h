@@ -17,6 +17,7 @@ struct Option {
   std::string unit = "";                  // "px", "deg", "rad", "DN", ...
   double min = -1e300, max = 1e300;       // range of numbers
   std::vector<std::string> choices = {};  // allowed strings; empty: any
+  std::string old_name = "";              // still understood, never shown
 };
 using OptionTable = std::vector<Option>;
 

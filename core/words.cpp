@@ -68,6 +68,10 @@ std::string LowerCase(std::string text) {
 
 std::string LowerExtension(const std::filesystem::path& path) { return LowerCase(path.extension().string()); }
 
+std::string CountOf(std::size_t count, const std::string& what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+}
+
 std::string Enumerate(const std::vector<std::string>& names, std::size_t most) {
   const std::size_t shown = std::min(most, names.size());
   const std::string text =

@@ -26,6 +26,9 @@ std::string LowerCase(std::string text);
 // ".png" of a.PNG.
 std::string LowerExtension(const std::filesystem::path& path);
 
+// "1 view", "3 views".
+std::string CountOf(std::size_t count, const std::string& what);
+
 // "a, b, c and 4 more".
 std::string Enumerate(const std::vector<std::string>& names, std::size_t most = 8);
 

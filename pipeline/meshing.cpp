@@ -9,8 +9,8 @@
 #include "core/error.h"
 #include "core/statistics.h"
 #include "fusion/mesh_topology.h"
-#include "fusion/surface/close_surface.h"
 #include "fusion/surface/dress_mesh.h"
+#include "fusion/surface/fill_holes.h"
 #include "fusion/surface/nearest_points.h"
 #include "fusion/surface/poisson/poisson.h"
 #include "fusion/surface/refinement/silhouettes.h"
@@ -69,13 +69,13 @@ TriangleMesh SurfaceOf(const std::vector<CloudPoint>& cloud, const Workspace& wo
         OutsideOfMasks(mesh.vertices, ViewsOfWorkspace(workspace), options.silhouette_margin_px, progress);
     for (std::size_t i = 0; i < far.size(); ++i) far[i] = far[i] || outside[i];
   }
-  ClosingCounts counts;
-  mesh = CloseSurface(mesh, far, {options.close, options.min_piece}, counts, progress);
+  HoleCounts counts;
+  mesh = FillHoles(mesh, far, {options.largest_hole, options.min_piece}, counts, progress);
   if (mesh.triangles.empty())
     throw NothingFound("no surface is left after trimming", workspace.folder.string(),
                        "Raise --mesh-trim, or lower --mesh-min-piece");
-  summary.gaps_closed = counts.closed, summary.gaps_cut = counts.cut;
-  summary.pieces_dropped = counts.pieces, summary.closed_area = counts.closed_area;
+  summary.holes_filled = counts.filled, summary.holes_open = counts.open;
+  summary.pieces_dropped = counts.pieces, summary.filled_area = counts.filled_area;
   return mesh;
 }
 
@@ -105,17 +105,23 @@ OptionTable Table(MeshOptions& o) {
        "", 0, 13},
       {"mesh-min-confidence", &o.min_confidence, "Points with less confidence make no surface", "", 0, 1},
       {"mesh-trim", &o.trim_cells,
-       "Surface farther than this from all points is a gap: closed by a membrane, or cut", "cells", 0.1, 1e6},
-      {"mesh-close", &o.close,
-       "Largest gap that is closed, as a share of the surface; 0: none is; 1000: the mesh is watertight", "",
-       0, 1e9},
+       "Surface farther than this from all points is a hole: filled by a membrane, or cut out", "cells", 0.1,
+       1e6},
+      {"mesh-fill-holes",
+       &o.largest_hole,
+       "Largest hole that is filled, as a share of the surface; 0: none is; 1000: the mesh is watertight",
+       "",
+       0,
+       1e9,
+       {},
+       "mesh-close"},
       {"mesh-min-piece", &o.min_piece, "Smallest piece that is kept, as a share of the largest", "", 0, 1},
       {"mesh-edge", &o.edge_px,
        "Refinement divides triangles until their edges are this long in the pictures; 0: it does not", "px",
        0, 1000},
       {"faces", &o.faces, "Triangles of the mesh at most; 0: as many as it has", "", 0, 1e9},
       {"silhouette-margin", &o.silhouette_margin_px,
-       "Surface outside of two views' masks by more than this is a gap, too", "px", 0, 100},
+       "Surface outside of two views' masks by more than this is a hole, too", "px", 0, 100},
   };
   const OptionTable refinement = Table(o.refinement);
   table.insert(table.end(), refinement.begin(), refinement.end());
@@ -129,10 +135,10 @@ nlohmann::json ToJson(const MeshSummary& s) {
                          {"depth", s.depth},
                          {"cell", s.cell},
                          {"watertight", s.closed},
-                         {"gaps_closed", s.gaps_closed},
-                         {"gaps_cut", s.gaps_cut},
+                         {"holes_filled", s.holes_filled},
+                         {"holes_open", s.holes_open},
                          {"pieces_dropped", s.pieces_dropped},
-                         {"closed_area", s.closed_area},
+                         {"filled_area", s.filled_area},
                          {"refined", s.refined}};
   if (s.refined)
     json["refinement"] = {{"views_per_vertex", s.refinement.views_per_vertex},

@@ -17,7 +17,7 @@ struct MeshOptions {
   int depth = 0;
   double min_confidence = 0;
   double trim_cells = 1;
-  double close = 0.2;
+  double largest_hole = 0.2;
   double min_piece = 0.01;
   double edge_px = 1.5;
   double silhouette_margin_px = 2;
@@ -32,10 +32,10 @@ struct MeshSummary {
   int depth = 0;           // of the octree
   double cell = 0;         // its width, world units
   bool closed = false;     // no border
-  int gaps_closed = 0, gaps_cut = 0, pieces_dropped = 0;
+  int holes_filled = 0, holes_open = 0, pieces_dropped = 0;
   bool refined = false;
   RefineCounts refinement;
-  double closed_area = 0;  // share of the surface that closes gaps: nothing was seen there
+  double filled_area = 0;  // share of the surface that fills holes: nothing was seen there
 };
 nlohmann::json ToJson(const MeshSummary& summary);
 
@@ -43,7 +43,7 @@ nlohmann::json ToJson(const MeshSummary& summary);
 MeshSummary PlanMesh(const std::filesystem::path& cloud_ply, const MeshOptions& options);
 
 // The surface of a cloud: a Poisson surface (fusion/surface/poisson/poisson.h), closed or cut where there are
-// no points (fusion/surface/close_surface.h), and where there is polarization or a mask its triangles
+// no points (fusion/surface/fill_holes.h), and where there is polarization or a mask its triangles
 // divided to the size of their pixels and refined by them (fusion/surface/refinement/refine.h).
 struct CloudSurface {
   TriangleMesh mesh;

@@ -173,8 +173,8 @@ std::string CountsText(const nlohmann::json& counts) {
       {"vertices", "vertex", "vertices", true},
       {"faces", "triangle", "triangles", true},
       {"damaged", "view left out, its maps are damaged", "views left out, their maps are damaged"},
-      {"gaps_closed", "gap closed", "gaps closed"},
-      {"gaps_cut", "gap left open", "gaps left open"},
+      {"holes_filled", "hole filled", "holes filled"},
+      {"holes_open", "hole left open", "holes left open"},
       {"pieces_dropped", "small piece left out", "small pieces left out"}};
   std::string text;
   for (const Words& words : kWords) {

@@ -34,7 +34,12 @@ std::string CureOfAngles(AopCount count, const nlohmann::json& input) {
     Layout layout = ParseLayout(input.at("sensor").at("layout"));
     for (int& angle : layout.angles_deg)
       angle = ((mirrored ? -angle : angle) + (shifted ? 45 : 0) + 180) % 180;
-    return fmt::format("Run again with --layout \"{}\"", ToString(layout));
+    const std::string cure = ToString(layout);
+    for (int& angle : layout.angles_deg) angle = (angle + 90) % 180;
+    return fmt::format(
+        "Run again with --layout \"{}\" or \"{}\", whichever is the sensor's: the shape cannot tell them "
+        "apart",
+        cure, ToString(layout));
   }
   const bool clockwise = input.value("aop_sense", "") == "clockwise";
   return (mirrored ? fmt::format("Run again with --aop-sense {}", clockwise ? "anticlockwise" : "clockwise")

@@ -18,7 +18,7 @@ struct StereoOptions {
   std::string views;
 
   std::string schedule = "checkerboard";
-  int levels = 3;
+  int levels = 6;
   int search_levels = 1;
   int rounds = 3;
   int refinements = 2;
@@ -61,7 +61,7 @@ struct StereoOptions {
   int matching_sources = 3;
   double matching_window_px = 1.5;
   double matching_smoothing_px = 5;
-  int round_turns = 2;
+  int round_iterations = 2;
   double integration_weight = 0.002;
 
   double filter_min_dop = 0.05;

@@ -34,7 +34,10 @@ bool MeansSomethingElse(const fs::path& folder) {
                              [&](const char* file) { return fs::exists(folder / file); });
 }
 
-void AddPictures(const fs::path& folder, const fs::path& top, int depth, PictureFiles& files) {
+// been: the folders that were walked, as they lie on the disk: links may lead in circles.
+void AddPictures(const fs::path& folder, const fs::path& top, int depth, std::set<fs::path>& been,
+                 PictureFiles& files) {
+  if (!been.insert(fs::canonical(folder)).second) return;
   const bool are_made_views = fs::exists(folder / "views.json");  // and pictures of them in folders
   std::set<fs::path> angles;
   for (const double angle : AnglesOfFolders(folder))
@@ -43,7 +46,7 @@ void AddPictures(const fs::path& folder, const fs::path& top, int depth, Picture
     const fs::path& path = entry.path();
     if (entry.is_directory() && depth < kDeepestFolder && !are_made_views && !angles.contains(path) &&
         !MeansSomethingElse(path))
-      AddPictures(path, top, depth + 1, files);
+      AddPictures(path, top, depth + 1, been, files);
     if (!entry.is_regular_file() || !IsPictureName(path) || path.filename().string().starts_with('.'))
       continue;
     if (!IsUtf8(path.filename().string()))
@@ -74,7 +77,8 @@ std::string WithoutPictureEnding(const std::string& name) {
 
 PictureFiles ListPictureFiles(const fs::path& folder) {
   PictureFiles files;
-  AddPictures(folder, folder, 0, files);
+  std::set<fs::path> been;
+  AddPictures(folder, folder, 0, been, files);
   return files;
 }
 

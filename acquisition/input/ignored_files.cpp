@@ -44,11 +44,13 @@ bool IsFolderBeside(const fs::path& folder) {
          fs::exists(folder / "views.json");
 }
 
-void Walk(const fs::path& folder, int depth, std::vector<fs::path>& files) {
+// been: as in files.cpp.
+void Walk(const fs::path& folder, int depth, std::set<fs::path>& been, std::vector<fs::path>& files) {
+  if (!been.insert(fs::canonical(folder)).second) return;
   for (const fs::directory_entry& entry :
        fs::directory_iterator(folder, fs::directory_options::skip_permission_denied)) {
     if (entry.is_directory()) {
-      if (depth < kDeepest && !IsFolderBeside(entry.path())) Walk(entry.path(), depth + 1, files);
+      if (depth < kDeepest && !IsFolderBeside(entry.path())) Walk(entry.path(), depth + 1, been, files);
     } else if (!BelongsBeside(entry.path())) {
       files.push_back(entry.path());
     }
@@ -72,13 +74,17 @@ std::string AdviceFor(const std::string& extension) {
 }
 
 struct UntakenKind {
-  std::string where, extension;  // pictures: the folder that they lie in; others: the extension
+  std::string where, extension;  // pictures: the folder that they lie in; others: the extension, or:
+  bool is_broken_link = false;
   auto operator<=>(const UntakenKind&) const = default;
 };
 
 // alone: there is nothing else.
 std::string Sentence(const UntakenKind& kind, const std::vector<std::string>& names, bool alone) {
   const char* are = names.size() == 1 ? "is" : "are";
+  if (kind.is_broken_link)
+    return fmt::format("{} {} to a file that is not there ({})", CountOf(names.size(), "link"),
+                       names.size() == 1 ? "leads" : "lead", EnumerateSorted(names));
   if (!kind.extension.empty())
     return fmt::format("{} {} file{} not read ({}): {}", names.size(), kind.extension,
                        names.size() == 1 ? " is" : "s are", EnumerateSorted(names),
@@ -172,17 +178,19 @@ std::vector<std::string> Untaken(const fs::path& folder, const std::vector<Input
     if (view.mask) used.insert(*view.mask);
   }
   std::vector<fs::path> files;
-  Walk(folder, 0, files);
+  std::set<fs::path> been;
+  Walk(folder, 0, been, files);
   std::map<UntakenKind, std::vector<std::string>> kinds;
   for (const fs::path& file : files) {
     if (used.contains(file)) continue;
     const fs::path below = file.lexically_relative(folder);
     if (IsPictureName(file) && IsUnusedComponent(file.stem().string())) continue;
     const std::string parent = below.parent_path().string();
-    const UntakenKind kind = IsPictureName(file)
+    const UntakenKind kind = !fs::exists(file) ? UntakenKind{"", "", true}
+                             : IsPictureName(file)
                                  ? UntakenKind{parent.empty() ? "the folder itself" : parent + "/", ""}
                                  : UntakenKind{"", file.extension().string()};
-    kinds[kind].push_back(kind.extension.empty() ? below.filename().string() : below.string());
+    kinds[kind].push_back(!kind.where.empty() ? below.filename().string() : below.string());
   }
   std::vector<std::string> sentences;
   for (const auto& [kind, names] : kinds) sentences.push_back(Sentence(kind, names, taken.empty()));

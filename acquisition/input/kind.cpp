@@ -65,9 +65,10 @@ InputKind RecognizeFlat(const fs::path& folder, const InputOptions& options) {
   const bool asks_bits = first.bits == 16 && options.bits == 0 && options.white_level <= 0;
   throw Error(
       "these grey pictures may be raw mosaics or plain photos", folder.string(),
-      fmt::format("Give --input-kind mosaic --layout \"90 45 / 135 0\" (with your sensor's angles){} or "
-                  "--input-kind photos",
-                  asks_bits ? " --bits 12 (or 10, 14, 16: how many of the 16 it uses)" : ""));
+      fmt::format(
+          "Give --input-kind mosaic --layout \"90 45 / 135 0\" (with your sensor's angles){}, or "
+          "--input-kind photos; if a polarizer was turned before the camera: --angles 0,45,90,135 (yours)",
+          asks_bits ? " --bits 12 (or 10, 14, 16: how many of the 16 it uses)" : ""));
 }
 
 InputKind KindOf(const std::string& name) {

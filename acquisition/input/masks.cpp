@@ -8,6 +8,7 @@
 #include <set>
 
 #include "acquisition/input/files.h"
+#include "acquisition/input/ignored_files.h"
 #include "core/error.h"
 #include "core/formats/picture_tags.h"
 #include "core/parallel.h"
@@ -113,6 +114,10 @@ void FindMasks(Input& input) {
   const fs::path folder = MaskFolder(input.folder);
   if (folder.empty()) return;
   const PictureFiles masks = ListPictureFiles(folder);
+  InputView taken{folder.string(), {}};
+  for (const auto& [name, path] : masks) taken.files.push_back(path);
+  for (const std::string& odd : Untaken(folder, {taken}))
+    input.warnings.push_back(fmt::format("in {}/: {}", folder.filename().string(), odd));
   const std::vector<std::string> strangers = FindInFolder(masks, input.views);
   if (!masks.empty() && strangers.size() == masks.size())
     throw Error(

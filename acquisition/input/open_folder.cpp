@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "acquisition/input/angles.h"
 #include "acquisition/input/forms.h"
@@ -190,6 +192,37 @@ void AddNotes(Input& input, const InputOptions& options, const Picture& first) {
   if (input.kind == InputKind::kRgbAopDop && options.aop_sense == "auto")
     input.notes.push_back(
         "angles of polarization are taken as anticlockwise from +x (--aop-sense clockwise if they are not)");
+  if (input.kind == InputKind::kRgbAopDop && options.aop_scale == "auto")
+    input.notes.push_back(ReadPicture(input.views[0].files[1]).bits == 32
+                              ? "angles of polarization are taken as radians (--aop-scale if they are not)"
+                              : "full scale of aop/ is taken as 180 degrees (--aop-scale if it is not)");
+}
+
+// Angles that end long before half a turn, where nobody said in what they are.
+void WarnOfAopScale(Input& input, const InputOptions& options) {
+  if (input.kind != InputKind::kRgbAopDop || options.aop_scale != "auto") return;
+  constexpr double kMostOfIt = 0.75;
+  const std::size_t step = std::max<std::size_t>(1, input.views.size() / 8);
+  double least = 0, most = 0, end = 0;
+  bool floating = false;
+  for (std::size_t i = 0; i < input.views.size(); i += step) {
+    try {
+      const Picture aop = ReadPicture(input.views[i].files[1]);
+      floating = aop.bits == 32;
+      end = floating ? std::numbers::pi : aop.full_scale;
+      for (const float value : aop.planes[0].pixels())
+        if (std::isfinite(value))
+          least = std::min(least, double(value)), most = std::max(most, double(value));
+    } catch (const Error&) {  // reading it for good will tell
+    }
+  }
+  if (end == 0 || most > kMostOfIt * end || least < 0) return;
+  input.warnings.push_back(
+      fmt::format("no angle in aop/ is above {:.4g} where half a turn is taken as {:.4g}: are they {}? Give "
+                  "--aop-scale {}, or "
+                  "{} if they are right",
+                  most, end, floating ? "shares of half a turn" : "degrees",
+                  floating ? "half-turn" : "degrees", floating ? "radians" : "half-turn"));
 }
 
 // Counts that are taken as linear in light though their file says that they are not, or cannot say.
@@ -232,6 +265,7 @@ void WarnOfJpegMosaics(Input& input) {
 void AddWarnings(Input& input, const InputOptions& options, const Picture& first) {
   WarnOfEncoding(input, options, first);
   WarnOfJpegMosaics(input);
+  WarnOfAopScale(input, options);
   if (first.bits == 8 && options.bits > 8 && !input.session)
     input.warnings.push_back(fmt::format(
         "these pictures hold 8 bits, not {} as --bits or set.json says; they are taken as 8 bits. Save "

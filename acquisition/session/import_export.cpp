@@ -137,7 +137,9 @@ class FolderToFill {
 }  // namespace
 
 std::size_t ImportSession(const Input& input, const fs::path& folder, Progress& progress) {
-  if (input.kind != InputKind::kMosaic || input.session || input.sensor.bits > 16)
+  if (input.session)
+    throw Error("this is a session already", input.folder.string(), "reconstruct and check take it as it is");
+  if (input.kind != InputKind::kMosaic || input.sensor.bits > 16)
     throw Error("only raw mosaics of up to 16 bits become a session", input.folder.string(),
                 "Everything else goes to reconstruct and demosaic as it is");
   FolderToFill filling(folder);

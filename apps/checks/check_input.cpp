@@ -85,6 +85,7 @@ std::size_t LookAtPictures(const Input& input, Looked& findings, Progress& progr
   }
   progress.Check();
   for (const std::string& words : doubtful.Words(input)) findings.odd.push_back(words);
+  for (const std::string& words : SamePictures(input, progress)) findings.odd.push_back(words);
   if (sizes.size() > 1 && input.kind != InputKind::kPhotos) {
     std::vector<std::string> words;
     for (const auto& [size, count] : sizes)
@@ -139,9 +140,10 @@ void CheckInputFolder(const fs::path& folder, const InputOptions& options, Conte
                  {"needs", findings.needs},
                  {"odd", findings.odd},
                  {"damage", findings.damage}});
-  context.Finish(result, fmt::format("input: {} views of {}x{}, {}{}; masks for {}, poses for {}: {}",
-                                     input.views.size(), input.width, input.height, ToString(input.kind),
-                                     assumed ? " (assumed)" : "", masks, poses, Verdict(findings)));
+  context.Finish(result, fmt::format("input: {} of {}x{}, {}{}; masks for {}, poses for {}: {}",
+                                     CountOf(input.views.size(), "view"), input.width, input.height,
+                                     ToString(input.kind), assumed ? " (assumed)" : "", masks, poses,
+                                     Verdict(findings)));
 }
 
 }  // namespace polarscan

@@ -99,6 +99,17 @@ CLI::ConfigItem Setting(TomlLine& line) {
   return item;
 }
 
+// That as many values are there as the option takes, and yes or no where it takes those.
+void RequireFitting(const CLI::Option& option, const std::vector<std::string>& values) {
+  static const std::vector<std::string> kYesOrNo = {"true", "false", "yes", "no", "on", "off", "1", "0"};
+  const int most = option.get_items_expected_max();
+  if (most <= 1 && values.size() != 1)
+    throw CLI::ConfigError(fmt::format("{} takes one value", option.get_name()));
+  if (most == 0 && std::ranges::find(kYesOrNo, LowerCase(values[0])) == kYesOrNo.end())
+    throw CLI::ConfigError(
+        fmt::format("{} is true or false, not '{}'", option.get_name(), Excerpt(values[0])));
+}
+
 // Where an option stands that the program itself does not have: ". It belongs below [mesh]".
 std::string SectionsOf(const CLI::App& program, const std::string& option) {
   std::vector<std::string> sections;
@@ -136,6 +147,7 @@ std::vector<CLI::ConfigItem> ConfigFile::from_config(std::istream& file) const {
       if (!option || !option->get_configurable())
         throw CLI::ConfigError(NoSuchOption(owner, "--" + Excerpt(item.name)) +
                                SectionsOf(program_, item.name));
+      RequireFitting(*option, item.inputs);
       if (const auto [first, is_new] = lines.emplace(option, number); !is_new)
         throw CLI::ConfigError(
             fmt::format("{} was set in line {} already", Excerpt(item.name), first->second));

@@ -4,8 +4,11 @@
 #include <malloc.h>
 #include <sys/resource.h>
 #include <sys/sysinfo.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <cstdlib>
 #include <fstream>
 #include <string>
 
@@ -36,6 +39,17 @@ void ReturnFreedMemory() {
   constexpr int kLarge = 1 << 20;  // bytes. By default glibc raises that to 32 MiB with use
   ::mallopt(M_MMAP_THRESHOLD, kLarge);
 #endif
+}
+
+void AvoidBlasThreads(char** argv) {
+  constexpr const char* kThreads = "OPENBLAS_NUM_THREADS";
+  const bool limited = std::ranges::any_of(std::array{RLIMIT_DATA, RLIMIT_AS}, [](auto resource) {
+    struct rlimit limit {};
+    return ::getrlimit(resource, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
+  });
+  if (!limited || std::getenv(kThreads)) return;
+  ::setenv(kThreads, "1", 1);
+  ::execv("/proc/self/exe", argv);  // returns only where that cannot be done
 }
 
 void LimitMemory() {

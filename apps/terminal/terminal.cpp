@@ -74,6 +74,12 @@ int ColumnsOf(char32_t c) {
   return std::ranges::any_of(kNoColumn, holds) ? 0 : std::ranges::any_of(kTwoColumns, holds) ? 2 : 1;
 }
 
+// What stderr does not take (a full disk, a closed pipe) is lost: the work goes on.
+void Put(const std::string& text) {
+  std::fputs(text.c_str(), stderr);
+  std::fflush(stderr);
+}
+
 // Symbols ("MB") have none.
 std::string Plural(const std::string& unit) {
   const bool symbol = !unit.empty() && std::isupper(static_cast<unsigned char>(unit.back()));
@@ -174,15 +180,13 @@ std::string Terminal::ProgressLine() const {
 
 // The last column stays free: a cursor behind it may be on the next line already.
 void Terminal::Draw(const std::string& line) {
-  fmt::print(stderr, "\r\x1b[K{}", FitTo(line, TerminalColumns() - 1));
-  std::fflush(stderr);
+  Put("\r\x1b[K" + FitTo(line, TerminalColumns() - 1));
   line_shown_ = true;
 }
 
 void Terminal::ClearLine() {
   if (!line_shown_) return;
-  fmt::print(stderr, "\r\x1b[K");
-  std::fflush(stderr);
+  Put("\r\x1b[K");
   line_shown_ = false;
 }
 
@@ -191,10 +195,9 @@ void Terminal::Print(Kind kind, const std::string& message) {
   ClearLine();
   if (kind == Kind::kInfo && level_ == Level::kQuiet) return;
   if (kind == Kind::kInfo || !coloured_)
-    fmt::print(stderr, "{}\n", message);
+    Put(message + "\n");
   else
-    fmt::print(stderr, "{}{}{}\n", kind == Kind::kError ? kRed : kYellow, message, kPlain);
-  std::fflush(stderr);
+    Put((kind == Kind::kError ? kRed : kYellow) + message + kPlain + "\n");
 }
 
 void Terminal::Warn(const std::string& message) {
@@ -227,7 +230,7 @@ void Terminal::Fail(const std::string& message) {
 void Terminal::Say(const std::string& message) {
   const std::lock_guard lock(mutex_);
   ClearLine();
-  fmt::print(stderr, "{}\n", message);
+  Put(message + "\n");
 }
 
 std::vector<std::string> Terminal::TakeWarnings() {

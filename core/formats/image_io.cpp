@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
@@ -26,16 +27,17 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMostInflated = 1100;  // bytes out of one byte: deflate's limit is 1032
+constexpr int kLargestSide = 1 << 16;          // px
 constexpr const char* kNoPicture = "the picture cannot be decoded (damaged or of another kind)";
 
-// OpenCV fills the missing part of a truncated JPEG with grey and says nothing; the end marks tell.
-bool IsTruncated(const std::string& bytes, const std::string& extension) {
-  if (extension == ".png")
-    return bytes.size() < 12 ||
-           bytes.find("IEND", bytes.size() - std::min<std::size_t>(bytes.size(), 64)) == std::string::npos;
-  if (extension == ".jpg" || extension == ".jpeg")
-    return bytes.find("\xFF\xD9", bytes.size() - std::min<std::size_t>(bytes.size(), 4096)) ==
-           std::string::npos;
+// OpenCV fills the missing part of a truncated JPEG with grey and says nothing; the end marks tell. By what the
+// bytes are, whatever the file is called.
+bool IsTruncated(const std::string& bytes) {
+  const auto ends_with = [&](const char* mark, std::size_t within) {
+    return bytes.find(mark, bytes.size() - std::min(bytes.size(), within)) != std::string::npos;
+  };
+  if (bytes.starts_with("\x89PNG")) return !ends_with("IEND", 64);
+  if (bytes.starts_with("\xFF\xD8\xFF")) return !ends_with("\xFF\xD9", 4096);
   return false;
 }
 
@@ -72,22 +74,25 @@ cv::Mat Decode(const fs::path& path) {
   const std::string advice = "Copy the file again from where it came, or remove it";
   if (bytes.empty()) throw Error("the picture file is empty", path.string(), advice);
   const PictureHeader header = HeaderOf(path, bytes);
-  if (IsTruncated(bytes, LowerExtension(path)) || bytes.size() < header.least_bytes)
-    throw Error("the picture file is cut off before its end", path.string(), advice);
   if (!IsPicture(bytes)) throw Error(kNoPicture, path.string(), advice);
+  if (IsTruncated(bytes) || bytes.size() < header.least_bytes)
+    throw Error("the picture file is cut off before its end", path.string(), advice);
   const auto check_size = [&](std::uint64_t pixels) {  // a cut JPEG is grey from there on
     if (pixels > 8 * kMostInflated * bytes.size())
       throw Error("the picture file promises more pixels than it can hold", path.string(), advice);
   };
-  check_size(header.Pixels());                   // before OpenCV takes memory for them
+  check_size(header.Pixels());  // before OpenCV takes memory for them
+  if (std::max(header.width, header.height) > kLargestSide)
+    throw Error(fmt::format("a picture of {} x {} pixels is not read", header.width, header.height),
+                path.string(), fmt::format("At most {} a side are", kLargestSide));
   ::setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 0);  // OpenCV refuses EXR otherwise
   ForgetOrientation(bytes);
   const cv::Mat encoded(1, int(bytes.size()), CV_8U, bytes.data());
   cv::Mat image;
   try {
     image = cv::imdecode(encoded, cv::IMREAD_UNCHANGED);
-  } catch (const cv::Exception& e) {
-    throw Error(fmt::format("the picture cannot be decoded ({})", e.err), path.string(), advice);
+  } catch (const cv::Exception&) {  // its words are of its own source
+    throw Error(kNoPicture, path.string(), advice);
   }
   if (image.empty()) throw Error(kNoPicture, path.string(), advice);
   check_size(image.total());
@@ -248,8 +253,9 @@ bool IsPictureName(const fs::path& path) {
 }
 
 bool IsGrey(const Picture& picture) {
+  const auto same = [](float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); };
   return std::ranges::all_of(picture.planes, [&](const Image<float>& plane) {
-    return std::ranges::equal(plane.pixels(), picture.planes[0].pixels());
+    return std::ranges::equal(plane.pixels(), picture.planes[0].pixels(), same);
   });
 }
 

@@ -21,6 +21,7 @@ struct NpyHeader {
   std::string type;  // "<f4"
   std::vector<std::size_t> shape;
   std::size_t begin = 0;  // of the values
+  bool by_columns = false;
 };
 
 // The text after 'key': in the header's dictionary, up to `end`.
@@ -43,8 +44,7 @@ NpyHeader ReadNpyHeader(const std::string& bytes, const std::filesystem::path& p
   const std::string text = bytes.substr(first ? 10 : 12, length);
   header.type = ValueOf(text, "descr", ',');
   std::erase_if(header.type, [](char c) { return c == ' ' || c == '\''; });
-  if (ValueOf(text, "fortran_order", ',').find("False") == std::string::npos)
-    throw Error("this array is not in C order", path.string(), kNpyAdvice);
+  header.by_columns = ValueOf(text, "fortran_order", ',').find("False") == std::string::npos;
   const std::string shape = ValueOf(text, "shape", ')');
   for (std::size_t at = shape.find_first_of("0123456789"); at != std::string::npos;
        at = shape.find_first_of("0123456789", at)) {
@@ -106,9 +106,15 @@ NpyArray ReadNpy(const std::filesystem::path& path) {
     throw Error("the file is cut off before its end", path.string(), "Copy it again from where it came");
   const bool counts = header.type[1] == 'u';
   NpyArray array{{channels, Image<float>(int(shape[1]), int(shape[0]))}, counts ? int(8 * type.bytes) : 32};
-  const char* at = bytes.data() + header.begin;
-  for (std::size_t i = 0; i < pixels; ++i)
-    for (std::size_t c = 0; c < channels; ++c, at += type.bytes) array.planes[c].pixels()[i] = type.value(at);
+  const std::size_t height = shape[0], width = shape[1];
+  const auto place = [&](std::size_t y, std::size_t x, std::size_t c) {
+    return header.by_columns ? y + height * (x + width * c) : (y * width + x) * channels + c;
+  };
+  const char* values = bytes.data() + header.begin;
+  for (std::size_t c = 0; c < channels; ++c)
+    for (std::size_t y = 0; y < height; ++y)
+      for (std::size_t x = 0; x < width; ++x)
+        array.planes[c](int(x), int(y)) = type.value(values + place(y, x, c) * type.bytes);
   return array;
 }
 

@@ -262,7 +262,7 @@ void StretchMembranes(TriangleMesh& mesh, const std::vector<bool>& free, Progres
   for (std::uint32_t v = 0; v < free.size(); ++v)
     if (free[v]) unknown[v] = std::uint32_t(members.size()), members.push_back(v);
   if (members.empty()) return;
-  progress.Begin("membranes over gaps", 0, "round");
+  progress.Begin("filling holes", 0, "round");
   const VertexNeighbours neighbours(mesh.vertices.size(), mesh.triangles);
   progress.Check();
   Laplacian system;

@@ -112,23 +112,35 @@ std::uint64_t HashView(const Input& input, const InputView& view, const Demosaic
   return hash;
 }
 
-// With the mask. Warns of views that hold the same picture.
-std::vector<std::uint64_t> HashViews(const Input& input, const DemosaicOptions& options, Progress& progress) {
+// Without the masks.
+std::vector<std::uint64_t> HashPictures(const Input& input, const DemosaicOptions& options,
+                                        const Progress& progress) {
   std::vector<std::uint64_t> hashes(input.views.size());
   const StackHashes stacks = HashStacks(input, progress);
   ParallelFor(0, int(hashes.size()), [&](int i) {
     progress.Check();
     hashes[std::size_t(i)] = HashView(*input.Source(i).first, input.views[std::size_t(i)], options, stacks);
   });
+  return hashes;
+}
+
+std::vector<std::string> WordsOfCopies(const Input& input, const std::vector<std::uint64_t>& hashes) {
   std::map<std::uint64_t, std::vector<std::string>> same;
-  for (std::size_t i = 0; i < hashes.size(); ++i) {
-    same[hashes[i]].push_back(input.views[i].name);
-    if (input.views[i].mask) hashes[i] = HashFile(*input.views[i].mask, hashes[i]);
-  }
+  for (std::size_t i = 0; i < hashes.size(); ++i) same[hashes[i]].push_back(input.views[i].name);
+  std::vector<std::string> words;
   for (const auto& [hash, views] : same)
     if (views.size() > 1)
-      progress.Warn(fmt::format("{} hold the same picture, which bears witness once: take the copies out",
-                                Enumerate(views)));
+      words.push_back(
+          fmt::format("{} hold the same picture, which counts once: take the copies out", Enumerate(views)));
+  return words;
+}
+
+// With the masks. Warns of views that hold the same picture.
+std::vector<std::uint64_t> HashViews(const Input& input, const DemosaicOptions& options, Progress& progress) {
+  std::vector<std::uint64_t> hashes = HashPictures(input, options, progress);
+  for (const std::string& words : WordsOfCopies(input, hashes)) progress.Warn(words);
+  for (std::size_t i = 0; i < hashes.size(); ++i)
+    if (input.views[i].mask) hashes[i] = HashFile(*input.views[i].mask, hashes[i]);
   return hashes;
 }
 
@@ -193,7 +205,8 @@ std::vector<std::string> ViewFaults::Words(const Input& input) const {
   say(without_light_,
       fmt::format("less than no light in {:.0f} % of the pixels or more (S0 below 0 or no number)",
                   100 * kMuchWithoutLight),
-      stokes ? "Are these Stokes images, and is S0 the first?" : "Is --black-level right?");
+      stokes ? "Are these Stokes images, and is S0 the first?"
+             : "Is --black-level right, and was the lens uncovered?");
   say(impossible_,
       fmt::format("more polarized light than light in {:.0f} % of the pixels or more (a degree above 1)",
                   100 * kMuchImpossible),
@@ -210,6 +223,10 @@ std::vector<std::string> ViewFaults::Words(const Input& input) const {
           100 * kUnbalanced),
       "Is one of another exposure, of another angle, or of another view?");
   return words;
+}
+
+std::vector<std::string> SamePictures(const Input& input, const Progress& progress) {
+  return WordsOfCopies(input, HashPictures(input, {}, progress));
 }
 
 void MakeStokesViews(const Input& input, const fs::path& folder, const DemosaicOptions& options,

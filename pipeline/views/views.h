@@ -31,6 +31,9 @@ PolarView MakeView(const Input& input, const LoadedView& loaded, const DemosaicO
 void MakeStokesViews(const Input& input, const std::filesystem::path& folder, const DemosaicOptions& options,
                      Progress& progress, bool pictures = false);
 
+// Views that hold the same picture, in words.
+std::vector<std::string> SamePictures(const Input& input, const Progress& progress);
+
 // Gathers what is wrong with views (demosaic/doubts.h), for one sentence a kind of fault.
 class ViewFaults {
  public:

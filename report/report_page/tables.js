@@ -7,7 +7,7 @@ const byStage = (a, b) => Object.keys(STAGES).indexOf(a[0]) - Object.keys(STAGES
 const COUNTS = { points: ["point", "points"], registered: ["view placed", "views placed"], views: ["view", "views"],
                  vertices: ["vertex", "vertices"], faces: ["triangle", "triangles"],
                  damaged: ["view left out, its maps are damaged", "views left out, their maps are damaged"],
-                 gaps_closed: ["gap closed", "gaps closed"], gaps_cut: ["gap left open", "gaps left open"],
+                 holes_filled: ["hole filled", "holes filled"], holes_open: ["hole left open", "holes left open"],
                  pieces_dropped: ["small piece left out", "small pieces left out"] };
 const EVEN_ZERO = ["points", "registered", "views", "vertices", "faces"];
 const MEANS = { mean_views: "views a point", mean_confidence: "mean confidence" };

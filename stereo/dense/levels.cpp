@@ -10,6 +10,8 @@ namespace {
 
 constexpr double kFewestPixels = 5000;   // of the object in a view of the coarsest level
 constexpr double kThinnest = 30;         // px there, mean width of the object's parts
+constexpr int kUsual = 3;                // levels; more only where pictures stay large:
+constexpr double kLargeSide = 300;       // px, the longer side
 constexpr double kUnmaskedWidth = 0.25;  // of the picture's shorter side: that width where no mask tells
 
 // Of the object in pictures, px.
@@ -61,9 +63,15 @@ Levels ChooseLevels(const Workspace& workspace, const StereoOptions& options) {
     return extent.area / double(workspace.views.size()) / std::pow(4, count - 1);
   };
   const auto width = [&](int count) { return extent.Width() / std::pow(2, count - 1); };
+  int side = 0;
+  for (const DenseView& view : workspace.views)
+    side = std::max({side, view.camera.width, view.camera.height});
+  const auto large = [&](int count) {
+    return count <= kUsual || side / std::pow(2, count - 1) >= kLargeSide;
+  };
   Levels levels;
   while (levels.count < options.levels && pixels(levels.count + 1) >= kFewestPixels &&
-         width(levels.count + 1) >= kThinnest)
+         width(levels.count + 1) >= kThinnest && large(levels.count + 1))
     ++levels.count;
   levels.match_coarsest = levels.count == 1 && pixels(2) >= kFewestPixels;
   return levels;

@@ -17,7 +17,7 @@ RoundResult RunRound(const Problem& problem, const DepthNormalMap& own, const St
   if (!options.depth_normal && problem.reference->polar.empty()) return {std::move(map), vote.confidence};
   IntegrationOptions integration;
   integration.data_weight = float(options.integration_weight);
-  for (int turn = 0; turn < options.round_turns; ++turn) {
+  for (int i = 0; i < options.round_iterations; ++i) {
     NormalOptions normals;
     normals.sigma = sigma;
     map.normal = SolveNormals(problem, map.depth, map.normal, normals);

@@ -167,7 +167,8 @@ TEST_F(DemosaicCommand, CheckSaysWhatAFolderOfPicturesIs) {
   const auto check = [&] { return RunPolarscan({"check", Input().string()}); };
   const Outcome sound = check();
   EXPECT_EQ(sound.exit_code, kDone) << sound.err;
-  for (const char* words : {"input: 2 views of 40x30, angles", "masks for 1, poses for 0: sound", "are full"})
+  for (const char* words : {"input: 2 views of 40x30, angles", "masks for 1, poses for 0: sound", "are full",
+                            "a, b hold the same picture"})
     EXPECT_NE(sound.err.find(words), std::string::npos) << words << sound.err;
   WriteFileAtomically(Input() / "sparse/cameras.txt", "1 OPENCV_FISHEYE 40 30 50 50 20 15 0 0 0 0\n");
   WriteFileAtomically(Input() / "sparse/images.txt",

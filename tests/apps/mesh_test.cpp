@@ -34,7 +34,7 @@ TEST_F(MeshCommand, MakesAMeshAndSaysSoInScanJson) {
   EXPECT_EQ(result["mesh"], (Scan() / "mesh.ply").string());
   EXPECT_EQ(state["mesh"]["faces"], result["faces"]);
   EXPECT_EQ(state["stages"]["mesh"]["state"], "done");
-  EXPECT_EQ(state["options"]["mesh"]["refine-rounds"], 8);
+  EXPECT_EQ(state["options"]["mesh"]["refine-iterations"], 8);
   EXPECT_TRUE(fs::exists(Scan() / "mesh.ply"));
 }
 

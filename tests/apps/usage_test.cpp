@@ -124,6 +124,7 @@ TEST_F(Usage, WhatIsNotWhatACommandTakesIsNamedWithWhatWouldBe) {
       {{"simulate", "-o", At("new"), "--rings", "many"}, kFailed, {"many"}},
       {{"simulate", "-o", At("new"), "--mesh", At("zero.ply")}, kFailed, {At("zero.ply")}},
       {{"help", "--write", At("text.txt")}, kFailed, {At("text.txt")}},
+      {{"import", At("session"), "-o", At("new")}, kFailed, {"a session already"}},
   };
   for (const WrongUsage& wrong : all) Expect(wrong);
   EXPECT_EQ(ReadFile(At("text.txt")), "no such thing\n");
@@ -168,6 +169,36 @@ TEST_F(Usage, HelpShowsWhatPeopleUseFirstAndHelpAllTheRest) {
   const std::string stereo = RunPolarscan({"stereo", "--help-all"}).out;
   EXPECT_NE(stereo.find("--window-radius px"), std::string::npos) << stereo;
   EXPECT_NE(stereo.find("(1 to 10; default 5)"), std::string::npos) << stereo;
+}
+
+TEST_F(Usage, OldNamesOfOptionsAreUnderstoodAndNotShown) {
+  for (const auto& [command, old_name, name] :
+       std::vector<std::array<std::string, 3>>{{"mesh", "mesh-close", "mesh-fill-holes"},
+                                               {"mesh", "refine-rounds", "refine-iterations"},
+                                               {"stereo", "round-turns", "round-iterations"}}) {
+    const std::string help = RunPolarscan({command, "--help-all"}).out;
+    EXPECT_EQ(help.find("--" + old_name), std::string::npos);
+    EXPECT_NE(help.find("--" + name), std::string::npos);
+    const auto unlike = RunPolarscan({command, At("scan"), "--" + old_name, "x"});
+    EXPECT_EQ(unlike.exit_code, kWrongUsage);
+    EXPECT_NE(unlike.err.find("'x'"), std::string::npos) << unlike.err;
+    WriteFileAtomically(At("old.toml"), "[" + command + "]\n" + old_name + " = 1e12\n");
+    const auto configured = RunPolarscan({"--config", At("old.toml"), command, At("scan")});
+    EXPECT_EQ(configured.exit_code, kWrongUsage);
+    EXPECT_NE(configured.err.find("1e12"), std::string::npos) << configured.err;
+  }
+}
+
+TEST_F(Usage, AStderrThatTakesNothingStopsNoWork) {
+  for (const char* away : {"2>/dev/full", "2>&-"})
+    for (const std::string& words : {std::string("check ") + At("pictures"), std::string("qqqqqqqq")}) {
+      const auto run = [&](const std::string& where) {
+        return Process({"sh", "-c", std::string(POLARSCAN_PROGRAM) + " " + words + " " + where})
+            .Wait()
+            .exit_code;
+      };
+      EXPECT_EQ(run(away), run("2>/dev/null")) << words << " " << away;
+    }
 }
 
 TEST_F(Usage, AResultThatStdoutDoesNotTakeIsNoSuccess) {

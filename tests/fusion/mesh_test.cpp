@@ -85,7 +85,7 @@ TEST(Meshing, AHoleIsClosedByAFlatMembraneWithoutConfidence) {
   MeshScan scan(SphereCloud(5000, 0.8));
   const MeshSummary summary = scan.Make();
   EXPECT_TRUE(summary.closed);
-  EXPECT_EQ(summary.gaps_closed, 1);
+  EXPECT_EQ(summary.holes_filled, 1);
   std::size_t unseen = 0;
   for (const CloudPoint& v : ReadSurfaceMesh(scan.Mesh()).vertices) {
     EXPECT_LT(v.position.z(), 0.8 + 2 * summary.cell);
@@ -103,7 +103,7 @@ TEST(Meshing, HalfASphereIsCutAtItsRimUnlessAskedToBeWatertight) {
   EXPECT_FALSE(summary.closed);
   for (const Eigen::Vector3d& v : ReadMesh(scan.Mesh()).vertices) EXPECT_LT(v.z(), 2 * summary.cell);
   MeshOptions options;
-  options.close = 1000;
+  options.largest_hole = 1000;
   summary = scan.Make(options);
   EXPECT_TRUE(summary.closed);
 }

@@ -22,7 +22,7 @@ constexpr double kNoOutlines = 10;          // times the anchor, where no mask s
 constexpr double kBend = 0.5;               // weight of the neighbours' normals where the AoP say nothing ...
 constexpr double kNoBend = 1;               // ... falling to zero where the form of the AoP has this trace
 constexpr int kBendRings = 10;              // how many edges far those neighbours are
-constexpr int kLookAgain = 4;               // rounds after which views are compared again ...
+constexpr int kLookAgain = 4;               // iterations after which views are compared again ...
 constexpr int kOutlineAgain = 2;            // ... and outlines
 constexpr float kSoftness = 0.15f * 0.15f;  // squared sine of the angle off a sample at which it counts half
 
@@ -123,7 +123,7 @@ OptionTable Table(RefineOptions& o) {
       {"refine", &o.refine,
        "Move the vertices until normals fit the AoP of all views, outlines the masks, and the surface looks "
        "alike in all views"},
-      {"refine-rounds", &o.rounds, "Times that all vertices move", "", 1, 100},
+      {"refine-iterations", &o.iterations, "Times that all vertices move", "", 1, 100, {}, "refine-rounds"},
       {"refine-anchor", &o.anchor,
        "Weight of where the vertices were, ten times as much without masks; less: the mesh follows AoP and "
        "outlines farther",
@@ -147,7 +147,7 @@ TriangleMesh RefineMesh(const TriangleMesh& input, const std::vector<bool>& far,
                         const RefineOptions& options, RefineCounts& counts, Progress& progress) {
   TriangleMesh mesh = input;
   const std::size_t count = mesh.vertices.size();
-  progress.Begin("refinement", std::size_t(options.rounds) + 1, "round");
+  progress.Begin("refinement", std::size_t(options.iterations) + 1, "iteration");
   const VertexNeighbours neighbours(count, mesh.triangles);
   const Observations observed = Observe(mesh, views, options, progress);
   Silhouettes silhouettes(views, kReach);
@@ -158,12 +158,12 @@ TriangleMesh RefineMesh(const TriangleMesh& input, const std::vector<bool>& far,
     for (std::size_t v = 0; v < count; ++v) pulls[v].move += moved[Eigen::Index(v)];
     return pulls;
   };
-  for (int round = 0; round < options.rounds; ++round) {
+  for (int iteration = 0; iteration < options.iterations; ++iteration) {
     progress.Advance();
-    if (options.photometric > 0 && round % kLookAgain == 0)
+    if (options.photometric > 0 && iteration % kLookAgain == 0)
       photometric =
           from_first(PhotometricPulls(mesh, neighbours, views.views, observed.appearance, progress));
-    if (options.masks && options.outline > 0 && round % kOutlineAgain == 0)
+    if (options.masks && options.outline > 0 && iteration % kOutlineAgain == 0)
       outlines = from_first(silhouettes.Pulls(mesh, progress));
     const bool outlined = std::ranges::any_of(outlines, [](const Pull& p) { return p.weight > 0; });
     const double anchor = options.anchor * (outlined ? 1 : kNoOutlines);

@@ -12,7 +12,7 @@ namespace polarscan {
 // Weights are in units of the AoP of one view without noise. Help and ranges are in Table().
 struct RefineOptions {
   bool refine = true;
-  int rounds = 8;
+  int iterations = 8;
   double anchor = 0.02;
   double smoothness = 0.5;
   double outline = 0.5;

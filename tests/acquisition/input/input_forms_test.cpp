@@ -227,6 +227,24 @@ TEST_F(InputFormsTest, StokesAsNumpyArrays) {
   EXPECT_SAYS(Complaint(), "S1 and S2 have signs");
 }
 
+TEST_F(InputFormsTest, NumpyArraysByColumnsAreTurned) {
+  const std::string head = "{'descr': '<f4', 'fortran_order': True, 'shape': (2, 3, 3), }";
+  std::string bytes = "\x93NUMPY\x01" + std::string(1, '\0') + std::string{char(head.size()), 0} + head;
+  for (int c = 0; c < 3; ++c)
+    for (int x = 0; x < 3; ++x)
+      for (int y = 0; y < 2; ++y) {
+        const float value = float(100 * c + 10 * y + x);
+        bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+      }
+  WriteFileAtomically(folder_ / "a.npy", bytes);
+  const Picture picture = ReadPicture(folder_ / "a.npy");
+  ASSERT_EQ(picture.planes.size(), 3u);
+  for (int c = 0; c < 3; ++c)
+    for (int y = 0; y < 2; ++y)
+      for (int x = 0; x < 3; ++x)
+        EXPECT_EQ(picture.planes[std::size_t(c)](x, y), float(100 * c + 10 * y + x));
+}
+
 TEST_F(InputFormsTest, CountsAsNumpyArraysAreCounts) {
   for (const int angle : {0, 45, 90, 135})
     File(fmt::format("I-{}/a.npy", angle),

@@ -48,6 +48,17 @@ TEST_F(InputFormsTest, WhatIsNotTakenIsNamedOnceAKind) {
   EXPECT_SAYS(Joined(warnings), "1 picture in rejected/ is not used (c.png)");
 }
 
+TEST_F(InputFormsTest, LinksThatLeadInCirclesAndNowhereMakeNoMorePictures) {
+  for (const char* name : {"mosaic/a.png", "mosaic/b.png"}) Grey8(name);
+  Set(R"({"sensor": {"layout": "90 45 / 135 0"}})");
+  fs::create_directory_symlink(".", folder_ / "mosaic/again");
+  fs::create_directory_symlink("..", folder_ / "mosaic/up");
+  fs::create_symlink("nowhere.png", folder_ / "mosaic/c.png");
+  const Input input = Open();
+  EXPECT_EQ(input.views.size(), 2u);
+  EXPECT_SAYS(Joined(input.warnings), "1 link leads to a file that is not there (c.png)");
+}
+
 TEST_F(InputFormsTest, WhereNothingIsTakenTheErrorSaysWhatLiesThere) {
   for (int i = 0; i < 4; ++i) File(fmt::format("photos/{}.HEIC", i), "ftypheic");
   EXPECT_SAYS(Complaint(), "4 .HEIC files are not read");

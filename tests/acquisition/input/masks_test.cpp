@@ -223,6 +223,30 @@ TEST_F(MasksTest, MasksWithoutAPictureEmptyOnesAndFullOnesAreNamed) {
 
 // A picture that is stored on its side: the mask may be made from it as shown, as stored, or with the same
 // tag.
+TEST_F(MasksTest, FilesAmongTheMasksThatAreNotReadAreNamed) {
+  Write("masks/a.gif", "GIF89a");
+  for (const char* name : {"a.png", "b.png"}) Photo(name);
+  EXPECT_NE(Warnings().find("in masks/: 1 .gif file is not read (a.gif)"), std::string::npos) << Warnings();
+}
+
+TEST_F(MasksTest, AnglesOfPolarizationThatEndLongBeforeHalfATurnAreWarnedOf) {
+  const auto warns = [&](int most, const std::string& scale) {
+    for (const char* folder : {"rgb", "aop", "dop"})
+      for (const char* view : {"/a.png", "/b.png"}) {
+        Image<std::uint8_t> picture(16, 12);
+        for (int y = 0; y < 12; ++y)
+          for (int x = 0; x < 16; ++x) picture(x, y) = std::uint8_t((x + 16 * y) * most / 191);
+        WritePng(folder_ / (std::string(folder) + view), picture);
+      }
+    InputOptions options;
+    options.aop_scale = scale;
+    return Warnings(options).find("--aop-scale degrees") != std::string::npos;
+  };
+  EXPECT_TRUE(warns(179, "auto"));
+  EXPECT_FALSE(warns(254, "auto"));
+  EXPECT_FALSE(warns(179, "half-turn"));
+}
+
 TEST_F(MasksTest, FollowTheExifOrientationOfTheirPictures) {
   Image<std::uint8_t> object(kWidth, kHeight);
   Image<Rgb8> coloured(kWidth, kHeight);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pictures one by one: cut off, of another kind, with a false promise of their size, turned.
+#include <cmath>
 #include <utility>
 
 #include "core/formats/picture_tags.h"
@@ -21,8 +22,27 @@ TEST_F(InputTest, ATruncatedPngIsNamed) {
 TEST_F(InputTest, APictureOfAnotherKindIsNotGivenToWhoeverKnowsIt) {
   WriteFileAtomically(folder_ / "a.tif", std::string("GDAL or whatever") + std::string(200, 'x'));
   EXPECT_THROW(ReadPicture(folder_ / "a.tif"), Error);
-  WriteFileAtomically(folder_ / "b.tif", EncodeJpeg(Image<Rgb8>(8, 8), 90));  // whatever it is called
-  EXPECT_EQ(ReadPicture(folder_ / "b.tif").width(), 8);
+  for (const char* name : {"b.tif", "b.png"}) {
+    WriteFileAtomically(folder_ / name, EncodeJpeg(Image<Rgb8>(8, 8), 90));  // whatever it is called
+    EXPECT_EQ(ReadPicture(folder_ / name).width(), 8);
+  }
+  WriteFileAtomically(folder_ / "c.png", "hello");
+  WriteFileAtomically(folder_ / "d.pgm", "P5 70000 1 255\n" + std::string(70000, 'x'));
+  for (const auto& [name, words] : {std::pair("c.png", "of another kind"), {"d.pgm", "70000 x 1"}}) {
+    try {
+      ReadPicture(folder_ / name);
+      FAIL() << name;
+    } catch (const Error& error) {
+      EXPECT_SAYS(std::string(error.what()), words);
+    }
+  }
+}
+
+TEST_F(InputTest, APictureWithPixelsThatAreNoNumbersHasNoColoursForThat) {
+  Image<float> page(8, 6, 0.5f);
+  page(3, 2) = NAN;
+  WriteFloatTiff(folder_ / "a.tif", {&page});
+  EXPECT_TRUE(IsGrey(ReadPicture(folder_ / "a.tif")));
 }
 
 TEST_F(InputTest, APictureThatPromisesMoreThanItsFileCanHoldIsRefused) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A surface as a graph: its borders, the gaps that are closed or cut, membranes over them, fewer triangles.
-#include "fusion/surface/close_surface.h"
+// A surface as a graph: its borders, the holes that are filled or cut out, membranes over them, fewer triangles.
+#include "fusion/surface/fill_holes.h"
 
 #include <gtest/gtest.h>
 
@@ -52,29 +52,29 @@ TEST(Closing, AFarCapBecomesAMembraneBetweenTheHighestAndLowestOfItsRim) {
     far.push_back(v.z() > 0.8);
     if (!far.back()) highest_near = std::max(highest_near, v.z());
   }
-  ClosingCounts counts;
+  HoleCounts counts;
   Progress silent;
-  const TriangleMesh closed = CloseSurface(sphere, far, {}, counts, silent);
+  const TriangleMesh closed = FillHoles(sphere, far, {}, counts, silent);
   EXPECT_TRUE(IsClosed(closed));
-  EXPECT_EQ(counts.closed, 1);
-  EXPECT_EQ(counts.cut, 0);
+  EXPECT_EQ(counts.filled, 1);
+  EXPECT_EQ(counts.open, 0);
   ASSERT_EQ(closed.vertices.size(), far.size());
   for (std::size_t v = 0; v < far.size(); ++v) {
     EXPECT_LE(closed.vertices[v].z(), highest_near + 1e-6);
     EXPECT_TRUE(!far[v] || closed.vertices[v].z() > 0.74);
   }
   // The disc of radius 0.6 over the surface of the sphere below z = 0.8.
-  EXPECT_NEAR(counts.closed_area, 0.36 / (0.36 + 2 * 1.8), 0.01);
+  EXPECT_NEAR(counts.filled_area, 0.36 / (0.36 + 2 * 1.8), 0.01);
 }
 
 TEST(Closing, AGapLargerThanAskedForIsCutAndLeavesABorder) {
   const TriangleMesh sphere = Icosphere(4);
   std::vector<bool> far;
   for (const Eigen::Vector3d& v : sphere.vertices) far.push_back(v.z() > 0);
-  ClosingCounts counts;
+  HoleCounts counts;
   Progress silent;
-  const TriangleMesh half = CloseSurface(sphere, far, {}, counts, silent);
-  EXPECT_EQ(counts.cut, 1);
+  const TriangleMesh half = FillHoles(sphere, far, {}, counts, silent);
+  EXPECT_EQ(counts.open, 1);
   EXPECT_EQ(BorderLoops(half.triangles).size(), 1u);
   for (const Eigen::Vector3d& v : half.vertices) EXPECT_LE(v.z(), 1e-9);
 }
@@ -152,9 +152,9 @@ TEST(Closing, SmallPiecesAndPiecesWithoutPointsGo) {
     for (const Triangle& t : piece.triangles)
       mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
   }
-  ClosingCounts counts;
+  HoleCounts counts;
   Progress silent;
-  const TriangleMesh kept = CloseSurface(mesh, far, {}, counts, silent);
+  const TriangleMesh kept = FillHoles(mesh, far, {}, counts, silent);
   EXPECT_EQ(counts.pieces, 2);
   EXPECT_EQ(FindPieces(kept.vertices.size(), kept.triangles).count, 2);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fusion/surface/close_surface.h"
+#include "fusion/surface/fill_holes.h"
 
 #include <algorithm>
 #include <utility>
@@ -13,7 +13,7 @@ namespace {
 bool IsFar(const Triangle& t, const std::vector<bool>& far) { return far[t[0]] || far[t[1]] || far[t[2]]; }
 
 // A vertex in the middle of each hole, and a fan around it.
-void FillHoles(TriangleMesh& mesh, std::vector<bool>& far) {
+void CapHoles(TriangleMesh& mesh, std::vector<bool>& far) {
   for (const std::vector<std::uint32_t>& loop : BorderLoops(mesh.triangles)) {
     const auto middle = std::uint32_t(mesh.vertices.size());
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -50,7 +50,7 @@ void Keep(TriangleMesh& mesh, std::vector<bool>& far, const std::vector<bool>& k
   mesh = std::move(part.mesh), far = std::move(still_far);
 }
 
-void DropPieces(TriangleMesh& mesh, std::vector<bool>& far, double smallest, ClosingCounts& counts) {
+void DropPieces(TriangleMesh& mesh, std::vector<bool>& far, double smallest, HoleCounts& counts) {
   const Pieces pieces = FindPieces(mesh.vertices.size(), mesh.triangles);
   const std::vector<Extent> extents = Measure(mesh, pieces, far);
   double largest = 0;
@@ -66,43 +66,43 @@ void DropPieces(TriangleMesh& mesh, std::vector<bool>& far, double smallest, Clo
   Keep(mesh, far, keep);
 }
 
-void CutLargeGaps(TriangleMesh& mesh, std::vector<bool>& far, double largest_gap, ClosingCounts& counts) {
-  std::vector<Triangle> gaps;
-  double near_area = 0, all_closed = 0;
+void CutLargeHoles(TriangleMesh& mesh, std::vector<bool>& far, double largest_hole, HoleCounts& counts) {
+  std::vector<Triangle> holes;
+  double near_area = 0, all_filled = 0;
   for (const Triangle& t : mesh.triangles) {
     if (IsFar(t, far))
-      gaps.push_back(t);
+      holes.push_back(t);
     else
       near_area += TriangleArea(mesh, t);
   }
-  const Pieces pieces = FindPieces(mesh.vertices.size(), gaps);
+  const Pieces pieces = FindPieces(mesh.vertices.size(), holes);
   std::vector<double> areas(std::size_t(pieces.count));
-  for (std::size_t i = 0; i < gaps.size(); ++i)
-    areas[std::size_t(pieces.of_triangle[i])] += TriangleArea(mesh, gaps[i]);
+  for (std::size_t i = 0; i < holes.size(); ++i)
+    areas[std::size_t(pieces.of_triangle[i])] += TriangleArea(mesh, holes[i]);
   for (double area : areas) {
-    const bool close = area <= largest_gap * near_area;
-    ++(close ? counts.closed : counts.cut);
-    if (close) all_closed += area;
+    const bool fill = area <= largest_hole * near_area;
+    ++(fill ? counts.filled : counts.open);
+    if (fill) all_filled += area;
   }
   std::vector<bool> keep;
-  std::size_t gap = 0;
+  std::size_t next = 0;
   for (const Triangle& t : mesh.triangles)
     keep.push_back(!IsFar(t, far) ||
-                   areas[std::size_t(pieces.of_triangle[gap++])] <= largest_gap * near_area);
+                   areas[std::size_t(pieces.of_triangle[next++])] <= largest_hole * near_area);
   Keep(mesh, far, keep);
-  counts.closed_area = near_area > 0 ? all_closed / (near_area + all_closed) : 0;
+  counts.filled_area = near_area > 0 ? all_filled / (near_area + all_filled) : 0;
 }
 
 }  // namespace
 
-TriangleMesh CloseSurface(const TriangleMesh& input, std::vector<bool>& far, const ClosingOptions& options,
-                          ClosingCounts& counts, Progress& progress) {
+TriangleMesh FillHoles(const TriangleMesh& input, std::vector<bool>& far, const HoleOptions& options,
+                       HoleCounts& counts, Progress& progress) {
   TriangleMesh mesh = input;
-  FillHoles(mesh, far);
+  CapHoles(mesh, far);
   DropPieces(mesh, far, options.smallest_piece, counts);
   StretchMembranes(mesh, far, progress);
   progress.Check();
-  CutLargeGaps(mesh, far, options.largest_gap, counts);
+  CutLargeHoles(mesh, far, options.largest_hole, counts);
   DropPieces(mesh, far, options.smallest_piece, counts);
   ComputeVertexNormals(mesh);
   return mesh;
