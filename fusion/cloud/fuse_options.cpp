@@ -74,19 +74,24 @@ std::string FewAgree(const nlohmann::json& summary, int min_views) {
 }
 
 std::string FewDepths(const nlohmann::json& summary) {
-  constexpr double kOfMasks = 0.35, kOfPictures = 0.05, kNearDeg = 35;
+  constexpr double kOfMasks = 0.35, kOfPictures = 0.05, kNearDeg = 35, kLargeMegapixels = 8;
   const nlohmann::json pixels = summary.value("pixels", nlohmann::json::object());
   const double inside = pixels.value("inside", 0.0), angle = summary.value("neighbour_deg", 0.0);
   const bool masked = pixels.value("outside", 0.0) > 0;
   const double share =
       inside > 0 ? (pixels.value("with_depth", 0.0) - pixels.value("masked", 0.0)) / inside : 1;
   if (share >= (masked ? kOfMasks : kOfPictures) || angle <= 0 || angle > kNearDeg) return "";
+  const double megapixels = (inside + pixels.value("outside", 0.0)) / summary.value("views", 1.0) / 1e6;
   return fmt::format(
       "only {:.2g} % of the pixels {} have a depth, though neighbouring pictures are {:.0f} degrees apart, "
       "near enough: look for poses or focal lengths that are not those of the pictures, {}blurred pictures, "
-      "and surfaces without texture",
+      "and surfaces without texture{}",
       100 * share, masked ? "inside of the masks" : "of the pictures", angle,
-      masked ? "masks of something else than the object, " : "");
+      masked ? "masks of something else than the object, " : "",
+      megapixels > kLargeMegapixels
+          ? ". A few pixels of pictures as large as these may show more noise than texture: try "
+            "--max-image-size 2000"
+          : "");
 }
 
 std::vector<std::string> Doubts(const nlohmann::json& summary, int min_views) {

@@ -127,6 +127,17 @@ TEST(Fusion, ViewsTooFarApartAreSaidWithTheirAngleAndNeighboursAreNot) {
   EXPECT_NE(few.find(fmt::format("{:.0f} degrees apart", angle)), std::string::npos) << few;
 }
 
+TEST(Fusion, FewDepthsOfLargePicturesAreSaidWithTheOptionThatMakesThemSmaller) {
+  const auto words = [](double pixels) {
+    return FewDepths({{"views", 2},
+                      {"neighbour_deg", 20},
+                      {"pixels", {{"inside", pixels}, {"with_depth", 0.01 * pixels}}}});
+  };
+  EXPECT_NE(words(4e7).find("--max-image-size"), std::string::npos) << words(4e7);
+  EXPECT_NE(words(4e6).find("only 1 %"), std::string::npos) << words(4e6);
+  EXPECT_EQ(words(4e6).find("--max-image-size"), std::string::npos) << words(4e6);
+}
+
 TEST(Fusion, FewDepthsInsideOfTheMasksAreSaidWhereViewsAreNear) {
   TemporaryFolder folder;
   Workspace workspace = SphereWorkspace(folder.path(), 18);

@@ -56,7 +56,7 @@ TEST_F(InputFormsTest, LinksThatLeadInCirclesAndNowhereMakeNoMorePictures) {
   fs::create_symlink("nowhere.png", folder_ / "mosaic/c.png");
   const Input input = Open();
   EXPECT_EQ(input.views.size(), 2u);
-  EXPECT_SAYS(Joined(input.warnings), "1 link leads to a file that is not there (c.png)");
+  EXPECT_SAYS(Joined(input.warnings), "1 link leads to a file that is not there (mosaic/c.png)");
 }
 
 TEST_F(InputFormsTest, WhereNothingIsTakenTheErrorSaysWhatLiesThere) {
