@@ -37,6 +37,19 @@ TEST(Levels, AWideObjectIsSearchedAtAQuarterOfTheSize) {
   EXPECT_EQ(OfOneMask([](int, int) { return true; }).count, 3);
 }
 
+TEST(Levels, LargePicturesWithoutMasksAreSearchedAtAboutThreeHundredPixels) {
+  const auto levels = [](int width, int height) {
+    Workspace workspace{"nowhere", {}, false};
+    workspace.views.push_back({"v", {width, height, 900, 900, 400, 300}, {}, 1, 2, {}});
+    StereoOptions options;
+    options.masks = false;
+    return ChooseLevels(workspace, options).count;
+  };
+  EXPECT_EQ(levels(1224, 1024), 3);
+  EXPECT_EQ(levels(2448, 2048), 4);
+  EXPECT_EQ(levels(5472, 3648), 5);
+}
+
 TEST(Levels, ThinPartsAreSearchedWhereTheyAreWideEnough) {
   const auto strips = [](int wide) { return [=](int x, int) { return x / wide % 2 == 1; }; };
   EXPECT_EQ(OfOneMask(strips(80)).count, 2);
