@@ -80,6 +80,10 @@ void Put(const std::string& text) {
   std::fflush(stderr);
 }
 
+const char* Article(const std::string& unit) {
+  return std::string("aeiou").find(unit[0]) == std::string::npos ? "a" : "an";
+}
+
 // Symbols ("MB") have none.
 std::string Plural(const std::string& unit) {
   const bool symbol = !unit.empty() && std::isupper(static_cast<unsigned char>(unit.back()));
@@ -173,7 +177,7 @@ std::string Terminal::ProgressLine() const {
   if (done_ == 0 || seconds < 0.5) return line + so_far;
   const double rate = double(done_) / seconds;
   line += rate >= 1 ? fmt::format(", {:.1f} {}/s", rate, Plural(unit_))
-                    : fmt::format(", {:.1f} s a {}", 1 / rate, unit_);
+                    : fmt::format(", {:.1f} s {} {}", 1 / rate, Article(unit_), unit_);
   if (done_ < total_) line += fmt::format(", {} left", FormatDuration(double(total_ - done_) / rate));
   return line;
 }
