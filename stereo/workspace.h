@@ -22,9 +22,9 @@ namespace polarscan {
 //   fusion.cfg          for COLMAP
 //   views.json          what COLMAP's files cannot hold: the cameras at pixel centres, depth ranges, sources
 // NAME is the input picture's stem. stereo/ holds other kinds of maps while it is made. A workspace that
-// COLMAP made (stereo/dense/colmap/colmap_workspace.h) holds plain photos: no polar/, pictures of any kind and in
-// any folders below images/.
-// The picture's name without its extension: "left/0001.jpg" gives "left/0001".
+// COLMAP made (stereo/dense/colmap/colmap_workspace.h) holds plain photos: no polar/, pictures of any kind
+// and in any folders below images/. The picture's name without its extension: "left/0001.jpg" gives
+// "left/0001".
 std::string ViewName(const std::string& picture);
 
 struct Workspace {

@@ -192,14 +192,10 @@ void AddNotes(Input& input, const InputOptions& options, const Picture& first) {
   if (input.kind == InputKind::kRgbAopDop && options.aop_sense == "auto")
     input.notes.push_back(
         "angles of polarization are taken as anticlockwise from +x (--aop-sense clockwise if they are not)");
-  if (input.kind == InputKind::kRgbAopDop && options.aop_scale == "auto")
-    input.notes.push_back(ReadPicture(input.views[0].files[1]).bits == 32
-                              ? "angles of polarization are taken as radians (--aop-scale if they are not)"
-                              : "full scale of aop/ is taken as 180 degrees (--aop-scale if it is not)");
 }
 
-// Angles that end long before half a turn, where nobody said in what they are.
-void WarnOfAopScale(Input& input, const InputOptions& options) {
+// In what the angles are taken to be where nobody said it, and whether they end long before half a turn.
+void SayAopScale(Input& input, const InputOptions& options) {
   if (input.kind != InputKind::kRgbAopDop || options.aop_scale != "auto") return;
   constexpr double kMostOfIt = 0.75;
   const std::size_t step = std::max<std::size_t>(1, input.views.size() / 8);
@@ -216,7 +212,10 @@ void WarnOfAopScale(Input& input, const InputOptions& options) {
     } catch (const Error&) {  // reading it for good will tell
     }
   }
-  if (end == 0 || most > kMostOfIt * end || least < 0) return;
+  if (end == 0) return;
+  input.notes.push_back(floating ? "angles of polarization are taken as radians (--aop-scale if they are not)"
+                                 : "full scale of aop/ is taken as 180 degrees (--aop-scale if it is not)");
+  if (most > kMostOfIt * end || least < 0) return;
   input.warnings.push_back(
       fmt::format("no angle in aop/ is above {:.4g} where half a turn is taken as {:.4g}: are they {}? Give "
                   "--aop-scale {}, or "
@@ -265,7 +264,7 @@ void WarnOfJpegMosaics(Input& input) {
 void AddWarnings(Input& input, const InputOptions& options, const Picture& first) {
   WarnOfEncoding(input, options, first);
   WarnOfJpegMosaics(input);
-  WarnOfAopScale(input, options);
+  SayAopScale(input, options);
   if (first.bits == 8 && options.bits > 8 && !input.session)
     input.warnings.push_back(fmt::format(
         "these pictures hold 8 bits, not {} as --bits or set.json says; they are taken as 8 bits. Save "

@@ -12,9 +12,9 @@ std::uint64_t MemoryBytes();
 // between others: several times less memory where maps come and go.
 void ReturnFreedMemory();
 
-// Where memory is limited (ulimit), starts the program anew with one thread in OpenBLAS, which comes with other
-// libraries: each of its threads takes 128 MiB when it is loaded, and if it does not get them it tries for ever,
-// also when the program ends. To be called first; returns where there is nothing to do.
+// Where memory is limited (ulimit), starts the program anew with one thread in OpenBLAS, which comes with
+// other libraries: each of its threads takes 128 MiB when it is loaded, and if it does not get them it tries
+// for ever, also when the program ends. To be called first; returns where there is nothing to do.
 void AvoidBlasThreads(char** argv);
 
 // From now on an allocation beyond MemoryBytes() fails, here and in the programs that this one starts: a

@@ -4,8 +4,8 @@
 
 namespace polarscan {
 
-// The names under which files are written before they are renamed (core/files/files.h): hidden, in the same folder,
-// unique among threads and processes; the extension stays last, because picture libraries look at it.
+// The names under which files are written before they are renamed (core/files/files.h): hidden, in the same
+// folder, unique among threads and processes; the extension stays last, because picture libraries look at it.
 std::filesystem::path TemporaryName(const std::filesystem::path& path);
 bool IsTemporaryName(const std::filesystem::path& path);
 

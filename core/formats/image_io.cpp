@@ -30,8 +30,8 @@ constexpr std::uint64_t kMostInflated = 1100;  // bytes out of one byte: deflate
 constexpr int kLargestSide = 1 << 16;          // px
 constexpr const char* kNoPicture = "the picture cannot be decoded (damaged or of another kind)";
 
-// OpenCV fills the missing part of a truncated JPEG with grey and says nothing; the end marks tell. By what the
-// bytes are, whatever the file is called.
+// OpenCV fills the missing part of a truncated JPEG with grey and says nothing; the end marks tell. By what
+// the bytes are, whatever the file is called.
 bool IsTruncated(const std::string& bytes) {
   const auto ends_with = [&](const char* mark, std::size_t within) {
     return bytes.find(mark, bytes.size() - std::min(bytes.size(), within)) != std::string::npos;

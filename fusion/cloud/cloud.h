@@ -37,8 +37,9 @@ void AppendPoint(std::string& bytes, const CloudPoint& point);
 // file, and on one without normals or points.
 std::vector<CloudPoint> ReadCloud(const std::filesystem::path& path);
 
-// The same, point by point, without keeping them: to a temporary file of core/files/files.h's WriteAtomically. The
-// count comes last; blanks at the end of the comment make room for it. Throws Error if the disk fails.
+// The same, point by point, without keeping them: to a temporary file of core/files/files.h's
+// WriteAtomically. The count comes last; blanks at the end of the comment make room for it. Throws Error if
+// the disk fails.
 class CloudWriter {
  public:
   // offset: of the cloud's frame (core/formats/ply.h).

@@ -11,7 +11,8 @@ namespace polarscan {
 // PolarPMS'. All vectors are in the reference camera's frame unless they say otherwise.
 
 // Forward-backward reprojection error psi in pixels, at most max_px (also where the source has no depth), of
-// eq. (6). As COLMAP: the source's depth is that of the nearest pixel. `ray`: of reference pixel (x, y), z = 1.
+// eq. (6). As COLMAP: the source's depth is that of the nearest pixel. `ray`: of reference pixel (x, y), z =
+// 1.
 float GeometricError(const Pinhole& reference, const Source& source, const Seen& seen,
                      const Eigen::Vector3f& ray, float max_px);
 

@@ -36,12 +36,13 @@ struct RefineCounts {
 // Moves the vertices along their normals until the surface's normals fit the AoP of all views that see them,
 // its outlines those of the masks, and it looks alike in all views. In each round every vertex gets the
 // robust quadratic form of its AoP samples (diffuse or specular, whichever fits: stereo/costs/aop_normal.h),
-// the pulls of the outlines (fusion/surface/refinement/silhouettes.h) and of its appearance (fusion/surface/refinement/photometric.h),
-// where its AoP say little also a pull of its normal to that of its surroundings (the other two would leave
-// ridges); then all vertices move at once (fusion/surface/refinement/normal_fit.h), held by where they were. The idea is
-// that of Polarimetric MVIR (Zhao, Monno, Okutomi, ECCV 2020), as a sequence of linear systems; which views
-// see a vertex is decided once (Embree). `far`: vertices that no points bear out, held less. Normals are
-// computed anew. Holds two bytes a pixel of all views. Same result for any number of threads.
+// the pulls of the outlines (fusion/surface/refinement/silhouettes.h) and of its appearance
+// (fusion/surface/refinement/photometric.h), where its AoP say little also a pull of its normal to that of
+// its surroundings (the other two would leave ridges); then all vertices move at once
+// (fusion/surface/refinement/normal_fit.h), held by where they were. The idea is that of Polarimetric MVIR
+// (Zhao, Monno, Okutomi, ECCV 2020), as a sequence of linear systems; which views see a vertex is decided
+// once (Embree). `far`: vertices that no points bear out, held less. Normals are computed anew. Holds two
+// bytes a pixel of all views. Same result for any number of threads.
 TriangleMesh RefineMesh(const TriangleMesh& mesh, const std::vector<bool>& far, const SurfaceViews& views,
                         const RefineOptions& options, RefineCounts& counts, Progress& progress);
 
