@@ -85,7 +85,7 @@ TEST_F(DemosaicCommand, ViewsWithLessThanNoLightAreNamed) {
   WriteAngles("b", 0.02, 0, 0);
   const Outcome outcome = Run({"--bits", "16", "--black-level", "5000"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_NE(outcome.err.find("(S0 below 0 or no number): b. Is --black-level right?"), std::string::npos)
+  EXPECT_NE(outcome.err.find("(S0 below 0 or no number): b. Is --black-level right,"), std::string::npos)
       << outcome.err;
 }
 
