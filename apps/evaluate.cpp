@@ -91,7 +91,7 @@ void Run(EvaluateArguments arguments, Context& context) {
   }
   text.pop_back();
   json result = json::array();
-  for (const NamedEvaluation& each : evaluations) result.push_back(each.evaluation);
+  for (const NamedEvaluation& each : evaluations) result.push_back(ToJson(each.evaluation));
   context.Finish(names.size() == 1 ? result[0] : json{{"scans", result}}, text);
 }
 

@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "evaluation/error_statistics.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
 namespace polarscan {
-
-std::string ThresholdKey(double threshold) { return fmt::format("{:g}", threshold); }
 
 double Mean(const std::vector<double>& values, double cap) {
   double sum = 0;
@@ -35,30 +31,27 @@ double ShareBelow(const std::vector<double>& values, double threshold) {
   return ShareBelow(values, threshold, values.size());
 }
 
-nlohmann::json PixelErrors(const std::vector<double>& errors, std::size_t total, double penalty,
-                           const std::vector<double>& thresholds) {
-  if (total == 0) return nullptr;
+std::optional<PixelErrors> SumUpPixels(const std::vector<double>& errors, std::size_t total, double penalty,
+                                       const std::vector<double>& thresholds) {
+  if (total == 0) return std::nullopt;
   std::vector<double> all(total, penalty);
   for (std::size_t i = 0; i < errors.size(); ++i) all[i] = std::min(errors[i], penalty);
-  nlohmann::json within = nlohmann::json::object(), within_all = within;
+  PixelErrors result;
   for (double t : thresholds) {
-    if (!errors.empty()) within[ThresholdKey(t)] = ShareBelow(errors, t);
-    within_all[ThresholdKey(t)] = ShareBelow(errors, t, total);
+    if (!errors.empty()) result.estimated.within[t] = ShareBelow(errors, t);
+    result.all.within[t] = ShareBelow(errors, t, total);
   }
-  nlohmann::json report = {{"mean", nullptr}, {"median", nullptr}, {"within", within}};
-  if (!errors.empty()) report["mean"] = Mean(errors), report["median"] = Percentile(errors, 50);
-  report["over_all"] = {{"mean", Mean(all)}, {"median", Percentile(all, 50)}, {"within", within_all}};
-  return report;
+  if (!errors.empty()) result.estimated.mean = Mean(errors), result.estimated.median = Percentile(errors, 50);
+  result.all.mean = Mean(all), result.all.median = Percentile(all, 50);
+  return result;
 }
 
-nlohmann::json DistanceSummary(const std::vector<double>& distances, double cap) {
-  if (distances.empty()) return nullptr;
+std::optional<DistanceFigures> SumUpDistances(const std::vector<double>& distances, double cap) {
+  if (distances.empty()) return std::nullopt;
   double squares = 0;
   for (double d : distances) squares += std::pow(cap > 0 ? std::min(d, cap) : d, 2);
-  return {{"mean", Mean(distances, cap)},
-          {"median", Percentile(distances, 50)},
-          {"rms", std::sqrt(squares / double(distances.size()))},
-          {"p90", Percentile(distances, 90)}};
+  return DistanceFigures{Mean(distances, cap), Percentile(distances, 50),
+                         std::sqrt(squares / double(distances.size())), Percentile(distances, 90)};
 }
 
 void ErrorCurve::Add(const std::vector<double>& errors) {
@@ -67,34 +60,60 @@ void ErrorCurve::Add(const std::vector<double>& errors) {
     if (error < end_) ++counts_[std::min(kSteps - 1, std::size_t(error / end_ * double(kSteps)))];
 }
 
-nlohmann::json ErrorCurve::ToJson() const {
-  if (total_ == 0) return nullptr;
-  std::vector<double> shares = {0};
+std::optional<Curve> ErrorCurve::Shares() const {
+  if (total_ == 0) return std::nullopt;
+  Curve curve{end_, {0}};
   std::size_t below = 0;
-  for (std::size_t count : counts_) shares.push_back(double(below += count) / double(total_));
-  return {{"end", end_}, {"shares", shares}};
+  for (std::size_t count : counts_) curve.shares.push_back(double(below += count) / double(total_));
+  return curve;
 }
 
-nlohmann::json MeanOf(const std::vector<nlohmann::json>& reports) {
-  std::vector<nlohmann::json> present;
-  for (const nlohmann::json& report : reports)
-    if (!report.is_null()) present.push_back(report);
-  if (present.empty()) return nullptr;
-  if (!present[0].is_object()) {
-    double sum = 0;
-    for (const nlohmann::json& report : present) sum += report.get<double>();
-    return sum / double(present.size());
-  }
-  nlohmann::json mean = nlohmann::json::object();
-  for (const nlohmann::json& report : present)
-    for (const auto& [key, unused] : report.items()) {
-      if (mean.contains(key)) continue;
-      std::vector<nlohmann::json> values;
-      for (const nlohmann::json& r : present)
-        if (r.contains(key)) values.push_back(r.at(key));
-      mean[key] = MeanOf(values);
-    }
+namespace {
+
+// Mean over the items of what `figure` gives of each; none if it gives none of any.
+template <class T, class Figure>
+std::optional<double> MeanWhere(const std::vector<T>& items, Figure&& figure) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (const T& item : items)
+    if (const std::optional<double> value = figure(item)) sum += *value, ++count;
+  return count > 0 ? std::optional(sum / double(count)) : std::nullopt;
+}
+
+ErrorFigures MeanOf(const std::vector<ErrorFigures>& views) {
+  ErrorFigures mean{MeanWhere(views, [](const ErrorFigures& f) { return f.mean; }),
+                    MeanWhere(views, [](const ErrorFigures& f) { return f.median; }),
+                    {}};
+  for (const ErrorFigures& view : views)
+    for (const auto& [threshold, unused] : view.within)
+      mean.within[threshold] = *MeanWhere(views, [t = threshold](const ErrorFigures& f) {
+        const auto share = f.within.find(t);
+        return share == f.within.end() ? std::nullopt : std::optional(share->second);
+      });
   return mean;
+}
+
+std::optional<PixelErrors> MeanOf(const std::vector<MapErrors>& views,
+                                  std::optional<PixelErrors> MapErrors::*which) {
+  std::vector<ErrorFigures> estimated, all;
+  for (const MapErrors& view : views) {
+    if (!(view.*which)) continue;
+    estimated.push_back((view.*which)->estimated);
+    all.push_back((view.*which)->all);
+  }
+  if (all.empty()) return std::nullopt;
+  return PixelErrors{MeanOf(estimated), MeanOf(all)};
+}
+
+}  // namespace
+
+MapErrors MeanOf(const std::vector<MapErrors>& views) {
+  const auto mean = [&](double MapErrors::*which) {
+    return MeanWhere(views, [which](const MapErrors& view) { return std::optional(view.*which); })
+        .value_or(0);
+  };
+  return {mean(&MapErrors::object_pixels), mean(&MapErrors::completeness), mean(&MapErrors::beyond),
+          MeanOf(views, &MapErrors::depth), MeanOf(views, &MapErrors::normal_deg)};
 }
 
 }  // namespace polarscan

@@ -2,13 +2,12 @@
 #pragma once
 #include <array>
 #include <cstddef>
-#include <nlohmann/json.hpp>
+#include <optional>
 #include <vector>
 
-namespace polarscan {
+#include "evaluation/result.h"
 
-// "0.01", "2.5": the keys under which shares are reported.
-std::string ThresholdKey(double threshold);
+namespace polarscan {
 
 // Mean of the values in their order; 0 if there are none. With a cap, greater values count as it.
 double Mean(const std::vector<double>& values, double cap = 0);
@@ -19,24 +18,20 @@ double Percentile(std::vector<double> values, double p);
 double ShareBelow(const std::vector<double>& values, double threshold);
 double ShareBelow(const std::vector<double>& values, double threshold, std::size_t total);
 
-// Errors at estimated pixels, and `total` pixels that should have been estimated: {mean, median, within:
-// {threshold: share}} over the estimated ones, and under over_all the same over all, where a missing pixel
-// counts as `penalty` and greater errors are cut to it. Null if total is 0; mean and median are null if
-// nothing was estimated.
-nlohmann::json PixelErrors(const std::vector<double>& errors, std::size_t total, double penalty,
-                           const std::vector<double>& thresholds);
+// Of the errors at estimated pixels, and of `total` pixels that should have been estimated. None if total is 0.
+std::optional<PixelErrors> SumUpPixels(const std::vector<double>& errors, std::size_t total, double penalty,
+                                       const std::vector<double>& thresholds);
 
-// {mean, median, rms, p90} of distances; a cap > 0 cuts those in mean and rms. Null if there are none.
-nlohmann::json DistanceSummary(const std::vector<double>& distances, double cap);
+// A cap > 0 cuts distances in mean and rms. None if there are no distances.
+std::optional<DistanceFigures> SumUpDistances(const std::vector<double>& distances, double cap);
 
-// Cumulative errors: which share lies below 0, 1, ... 100 hundredths of `end`. Errors that are not below
-// `end` and those that are infinite (missing) count in the total only.
+// Counts errors for a Curve. Those that are not below `end` and those that are missing count in the total only.
 class ErrorCurve {
  public:
   explicit ErrorCurve(double end) : end_(end) {}
   void Add(const std::vector<double>& errors);
   void AddMissing(std::size_t count) { total_ += count; }
-  nlohmann::json ToJson() const;  // {end, shares [101]}; null if nothing was added
+  std::optional<Curve> Shares() const;  // none if nothing was added
 
  private:
   static constexpr std::size_t kSteps = 100;
@@ -45,7 +40,7 @@ class ErrorCurve {
   std::size_t total_ = 0;
 };
 
-// Mean of every number over the reports that have it, key by key.
-nlohmann::json MeanOf(const std::vector<nlohmann::json>& reports);
+// Of each figure, over the views that have it.
+MapErrors MeanOf(const std::vector<MapErrors>& views);
 
 }  // namespace polarscan

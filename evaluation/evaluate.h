@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -9,6 +8,7 @@
 #include "core/options.h"
 #include "core/progress.h"
 #include "core/similarity.h"
+#include "evaluation/result.h"
 #include "stereo/workspace.h"
 
 namespace polarscan {
@@ -51,13 +51,9 @@ using PointErrorSink = std::function<void(const std::vector<double>& errors)>;
 
 // Depth and normal errors of a workspace's maps against the truth, cast through the pixel centres of its
 // cameras after truth_from_scan has moved them (and scaled the depths). Object pixels: the ray meets the
-// object before its surroundings. Per view and as the mean over views: {object_pixels, completeness, beyond
-// (share of estimated pixels that are off the object), depth, normal_degrees}
-// (evaluation/error_statistics.h). Depths in units of the truth. curves {depth, normal_degrees}: over all
-// object pixels of all views together, up to the greatest threshold, a missing pixel being below none
-// (ErrorCurve). Views without maps are left out and counted. `sink` gets the errors of each view, in order.
-// Throws Error if there are none or one is damaged.
-nlohmann::json EvaluateMaps(const Workspace& workspace, const Similarity& truth_from_scan, const Truth& truth,
+// object before its surroundings. Curves go up to the greatest threshold. Views without maps are left out and
+// counted. `sink` gets the errors of each view, in order. Throws Error if there are none or one is damaged.
+MapsEvaluation EvaluateMaps(const Workspace& workspace, const Similarity& truth_from_scan, const Truth& truth,
                             const EvaluateOptions& options, Progress& progress,
                             const ErrorMapSink& sink = {});
 
@@ -65,11 +61,11 @@ nlohmann::json EvaluateMaps(const Workspace& workspace, const Similarity& truth_
 // (distance of samples of the surface to the nearest point), and per threshold precision, recall and F. With
 // cameras, only samples that options.seen_by of them see count: in the picture, from the front, nothing
 // between. Points nearer to the surroundings than to the object are the surroundings' and do not count; nor
-// do points beyond options.crop. curves {accuracy, completeness} up to the greatest threshold. `sink` gets
-// the distance of every point to the object. Throws Error if none is left.
-nlohmann::json EvaluateCloud(const std::vector<Eigen::Vector3d>& points,
-                             const std::vector<DenseView>& cameras, const Truth& truth,
-                             const EvaluateOptions& options, std::uint64_t seed, Progress& progress,
-                             const PointErrorSink& sink = {});
+// do points beyond options.crop. Curves go up to the greatest threshold. `sink` gets the distance of every
+// point to the object. Throws Error if none is left.
+CloudEvaluation EvaluateCloud(const std::vector<Eigen::Vector3d>& points,
+                              const std::vector<DenseView>& cameras, const Truth& truth,
+                              const EvaluateOptions& options, std::uint64_t seed, Progress& progress,
+                              const PointErrorSink& sink = {});
 
 }  // namespace polarscan

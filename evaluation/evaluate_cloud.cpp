@@ -81,28 +81,29 @@ std::vector<Eigen::Vector3d> VisibleSamples(const std::vector<SurfaceSample>& sa
   return positions;
 }
 
-nlohmann::json AtThresholds(const std::vector<double>& accuracy, const std::vector<double>& completeness,
-                            const std::vector<double>& thresholds) {
-  nlohmann::json report = nlohmann::json::object();
+std::map<double, CloudShares> AtThresholds(const std::vector<double>& accuracy,
+                                           const std::vector<double>& completeness,
+                                           const std::vector<double>& thresholds) {
+  std::map<double, CloudShares> shares;
   for (double t : thresholds) {
     const double p = ShareBelow(accuracy, t), r = ShareBelow(completeness, t);
-    report[ThresholdKey(t)] = {{"precision", p}, {"recall", r}, {"F", p + r > 0 ? 2 * p * r / (p + r) : 0}};
+    shares[t] = {p, r, p + r > 0 ? 2 * p * r / (p + r) : 0};
   }
-  return report;
+  return shares;
 }
 
-nlohmann::json CurveOf(const std::vector<double>& distances, const std::vector<double>& thresholds) {
+std::optional<Curve> CurveOf(const std::vector<double>& distances, const std::vector<double>& thresholds) {
   ErrorCurve curve(std::ranges::max(thresholds));
   curve.Add(distances);
-  return curve.ToJson();
+  return curve.Shares();
 }
 
 }  // namespace
 
-nlohmann::json EvaluateCloud(const std::vector<Eigen::Vector3d>& points,
-                             const std::vector<DenseView>& cameras, const Truth& truth,
-                             const EvaluateOptions& options, std::uint64_t seed, Progress& progress,
-                             const PointErrorSink& sink) {
+CloudEvaluation EvaluateCloud(const std::vector<Eigen::Vector3d>& points,
+                              const std::vector<DenseView>& cameras, const Truth& truth,
+                              const EvaluateOptions& options, std::uint64_t seed, Progress& progress,
+                              const PointErrorSink& sink) {
   const double unit = options.unit > 0 ? options.unit : ObjectUnit(truth.object());
   const std::vector<double> thresholds = ParseThresholds(options.cloud_thresholds, unit);
   progress.Begin("comparing the cloud", 3, "step");
@@ -121,21 +122,20 @@ nlohmann::json EvaluateCloud(const std::vector<Eigen::Vector3d>& points,
   const std::vector<double> completeness = NearestDistances(object.points, counted);
   progress.Advance();
   const double area = SurfaceArea(truth.object());
-  return {{"points", points.size()},
-          {"points_of_surroundings", object.of_surroundings},
-          {"points_cropped", object.cropped},
-          {"samples", samples.size()},
-          {"visible_share", double(counted.size()) / double(samples.size())},
-          {"area", area},
-          {"sample_spacing", std::sqrt(area / double(samples.size()))},
-          {"unit", unit},
-          {"cap", options.cap * unit},
-          {"accuracy", DistanceSummary(object.distances, options.cap * unit)},
-          {"completeness", DistanceSummary(completeness, options.cap * unit)},
-          {"thresholds", AtThresholds(object.distances, completeness, thresholds)},
-          {"curves",
-           {{"accuracy", CurveOf(object.distances, thresholds)},
-            {"completeness", CurveOf(completeness, thresholds)}}}};
+  return {.points = points.size(),
+          .points_of_surroundings = object.of_surroundings,
+          .points_cropped = object.cropped,
+          .samples = samples.size(),
+          .visible_share = double(counted.size()) / double(samples.size()),
+          .area = area,
+          .sample_spacing = std::sqrt(area / double(samples.size())),
+          .unit = unit,
+          .cap = options.cap * unit,
+          .accuracy = SumUpDistances(object.distances, options.cap * unit),
+          .completeness = SumUpDistances(completeness, options.cap * unit),
+          .within = AtThresholds(object.distances, completeness, thresholds),
+          .accuracy_curve = CurveOf(object.distances, thresholds),
+          .completeness_curve = CurveOf(completeness, thresholds)};
 }
 
 }  // namespace polarscan

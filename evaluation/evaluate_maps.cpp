@@ -90,20 +90,18 @@ struct Scales {
   std::vector<double> depth, normal_deg;
 };
 
-nlohmann::json Report(const ViewErrors& errors, bool with_normals, const EvaluateOptions& options,
-                      const Scales& scales) {
+MapErrors SumUp(const ViewErrors& errors, const EvaluateOptions& options, const Scales& scales) {
   const auto share = [](std::size_t part, std::size_t all) {
     return all == 0 ? 0 : double(part) / double(all);
   };
-  nlohmann::json report = {
-      {"object_pixels", errors.object},
-      {"completeness", share(errors.both, errors.object)},
-      {"beyond", share(errors.estimated - errors.both, errors.estimated)},
-      {"depth", PixelErrors(errors.depth, errors.object, options.depth_penalty * scales.unit, scales.depth)}};
-  if (with_normals)
-    report["normal_degrees"] =
-        PixelErrors(errors.normal_deg, errors.object, options.normal_penalty_deg, scales.normal_deg);
-  return report;
+  const double depth_penalty = options.depth_penalty * scales.unit;
+  MapErrors figures{double(errors.object), share(errors.both, errors.object),
+                    share(errors.estimated - errors.both, errors.estimated),
+                    SumUpPixels(errors.depth, errors.object, depth_penalty, scales.depth), std::nullopt};
+  if (!errors.maps.normal_deg.empty())
+    figures.normal_deg =
+        SumUpPixels(errors.normal_deg, errors.object, options.normal_penalty_deg, scales.normal_deg);
+  return figures;
 }
 
 ViewErrors CompareView(const Workspace& workspace, int view, const MapKind& kind,
@@ -136,14 +134,14 @@ struct Curves {
 
 }  // namespace
 
-nlohmann::json EvaluateMaps(const Workspace& workspace, const Similarity& truth_from_scan, const Truth& truth,
+MapsEvaluation EvaluateMaps(const Workspace& workspace, const Similarity& truth_from_scan, const Truth& truth,
                             const EvaluateOptions& options, Progress& progress, const ErrorMapSink& sink) {
   const MapKind kind = MapKindOf(options.kind, workspace);
   const double unit = options.unit > 0 ? options.unit : ObjectUnit(truth.object());
   const Scales scales{unit, ParseThresholds(options.depth_thresholds, unit),
                       ParseThresholds(options.normal_thresholds_deg, 1)};
-  nlohmann::json per_view = nlohmann::json::object();
-  std::vector<nlohmann::json> reports;
+  std::map<std::string, MapErrors> per_view;
+  std::vector<MapErrors> views;  // in their order
   Curves curves{ErrorCurve(std::ranges::max(scales.depth)), ErrorCurve(std::ranges::max(scales.normal_deg))};
   progress.Begin("comparing maps", workspace.views.size());
   for (int i = 0; i < int(workspace.views.size()); ++i) {
@@ -151,27 +149,28 @@ nlohmann::json EvaluateMaps(const Workspace& workspace, const Similarity& truth_
     if (HasMaps(workspace, i, kind)) {
       const std::string& name = workspace.views[std::size_t(i)].name;
       const ViewErrors errors = CompareView(workspace, i, kind, truth_from_scan, truth, options, progress);
-      reports.push_back(Report(errors, !errors.maps.normal_deg.empty(), options, scales));
-      per_view[name] = reports.back();
+      views.push_back(SumUp(errors, options, scales));
+      per_view[name] = views.back();
       curves.Add(errors);
       if (sink) sink(name, errors.maps);
     }
     progress.Advance();
   }
-  if (reports.empty())
+  if (views.empty())
     throw Error(fmt::format("there are no {} maps", ToString(kind)), (workspace.folder / "stereo").string(),
                 "Run polarscan stereo first");
-  if (std::ranges::all_of(reports, [](const auto& report) { return report.at("object_pixels") == 0; }))
+  if (std::ranges::all_of(views, [](const MapErrors& view) { return view.object_pixels == 0; }))
     progress.Warn("the cameras see nothing of the true object: cameras and truth may be in different frames");
-  return {{"kind", ToString(kind)},
-          {"views", reports.size()},
-          {"views_without_maps", workspace.views.size() - reports.size()},
-          {"unit", unit},
-          {"depth_penalty", options.depth_penalty * unit},
-          {"normal_penalty", options.normal_penalty_deg},
-          {"mean", MeanOf(reports)},
-          {"curves", {{"depth", curves.depth.ToJson()}, {"normal_degrees", curves.normal_deg.ToJson()}}},
-          {"per_view", per_view}};
+  return {.kind = ToString(kind),
+          .views = views.size(),
+          .views_without_maps = workspace.views.size() - views.size(),
+          .unit = unit,
+          .depth_penalty = options.depth_penalty * unit,
+          .normal_penalty_deg = options.normal_penalty_deg,
+          .mean = MeanOf(views),
+          .depth = curves.depth.Shares(),
+          .normal_deg = curves.normal_deg.Shares(),
+          .per_view = std::move(per_view)};
 }
 
 }  // namespace polarscan

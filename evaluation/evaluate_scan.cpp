@@ -26,7 +26,6 @@ namespace {
 constexpr double kLeastSize = 0.05;  // of a scan beside its truth: more than a part of it would explain
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 
 std::vector<DenseView> Cameras(const SparseModel& model) {
   std::vector<DenseView> views;
@@ -72,9 +71,9 @@ std::string Text(const Eigen::AlignedBox3d& box) {
 }
 
 // One run over one input.
-class Evaluation {
+class Evaluator {
  public:
-  Evaluation(const EvaluateArguments& arguments, const Truth& truth, int picture_px, Progress& progress)
+  Evaluator(const EvaluateArguments& arguments, const Truth& truth, int picture_px, Progress& progress)
       : arguments_(arguments), truth_(truth), picture_px_(picture_px), progress_(progress) {
     const EvaluateOptions& o = arguments.options;
     const double unit = o.unit > 0 ? o.unit : ObjectUnit(truth.object());
@@ -100,8 +99,8 @@ class Evaluation {
       throw Error("this folder holds no depth maps: neither dense/views.json nor views.json", input.string(),
                   "Give a scan that polarscan reconstruct made, a dense workspace, or a cloud as PLY");
     }
-    done_.result["input"] = input.string();
-    done_.result["truth"] = arguments_.truth.string();
+    done_.result.input = input.string();
+    done_.result.truth = arguments_.truth.string();
     Keep([&] {
       files_->Finish(done_.result);
       done_.kept = EvaluationFolder(input);
@@ -114,7 +113,7 @@ class Evaluation {
   void TellOutOfDate(const fs::path& scan) {
     if (!fs::exists(scan / "scan.json")) return;
     const ScanState state = ReadScanState(scan / "scan.json");
-    done_.result["maps_result"] = ResultOf(state, "stereo");
+    done_.result.maps_result = ResultOf(state, "stereo");
     for (const PlannedStage& stage : OutOfDateStages(state))
       if (stage.name == "stereo" || (stage.name == "fusion" && arguments_.cloud.empty()))
         progress_.Warn(fmt::format("the {} out of date: {}; polarscan {} {} makes {} anew",
@@ -170,7 +169,7 @@ class Evaluation {
     if (arguments_.align && !arguments_.poses.empty()) {
       const Alignment alignment = Align(workspace);
       truth_from_scan = alignment.truth_from_scan;
-      done_.result["alignment"] = ToJson(alignment);
+      done_.result.alignment = alignment.errors;
     } else {
       progress_.Info("no true poses: the scan is compared in its own frame");
     }
@@ -179,7 +178,7 @@ class Evaluation {
     if (has_cloud) {
       std::vector<Eigen::Vector3d> points = ReadCloudPositions(cloud).points;
       for (Eigen::Vector3d& p : points) p = truth_from_scan * p;
-      CheckFrames(points, input, done_.result.contains("alignment"));
+      CheckFrames(points, input, done_.result.alignment.has_value());
     }
     if (arguments_.maps) Maps(workspace, truth_from_scan);
     if (has_cloud) Cloud(cloud, truth_from_scan, Moved(workspace.views, truth_from_scan));
@@ -227,9 +226,8 @@ class Evaluation {
       done_.pictures.push_back(
           {view, picture(errors.depth, limits_.depth), picture(errors.normal_deg, limits_.normal_deg)});
     };
-    done_.result["pictures"] = {{"depth", limits_.depth}, {"normal", limits_.normal_deg}};
-    done_.result["maps"] =
-        EvaluateMaps(workspace, truth_from_scan, truth_, arguments_.options, progress_, sink);
+    done_.result.pictures = limits_;
+    done_.result.maps = EvaluateMaps(workspace, truth_from_scan, truth_, arguments_.options, progress_, sink);
   }
 
   void Cloud(const fs::path& cloud, const Similarity& truth_from_scan,
@@ -242,9 +240,9 @@ class Evaluation {
     const auto sink = [&](const std::vector<double>& errors) {
       if (positions.not_finite == 0) Keep([&] { files_->AddCloud(positions.points, errors); });
     };
-    done_.result["cloud"] = EvaluateCloud(positions.points, cameras, truth_, arguments_.options,
-                                          arguments_.seed, progress_, sink);
-    done_.result["cloud_hash"] = ToHex(HashFile(cloud));
+    done_.result.cloud = EvaluateCloud(positions.points, cameras, truth_, arguments_.options, arguments_.seed,
+                                       progress_, sink);
+    done_.result.cloud_hash = ToHex(HashFile(cloud));
   }
 
   const EvaluateArguments& arguments_;
@@ -260,7 +258,7 @@ class Evaluation {
 
 Evaluated EvaluateInput(const fs::path& input, const EvaluateArguments& arguments, const Truth& truth,
                         int picture_px, Progress& progress) {
-  return Evaluation(arguments, truth, picture_px, progress).Run(input);
+  return Evaluator(arguments, truth, picture_px, progress).Run(input);
 }
 
 }  // namespace polarscan

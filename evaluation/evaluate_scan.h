@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -29,7 +28,7 @@ struct ErrorPictures {
 };
 
 struct Evaluated {
-  nlohmann::json result;  // docs/evaluate.md
+  Evaluation result;
   std::vector<ErrorPictures> pictures;
   std::filesystem::path kept;  // the scan's folder evaluation/, if the result was left there
 };

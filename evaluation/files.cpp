@@ -44,10 +44,10 @@ void EvaluationFiles::AddCloud(const std::vector<Eigen::Vector3d>& points,
   WriteCloudErrors(CloudErrorsPath(folder_), points, errors);
 }
 
-void EvaluationFiles::Finish(const nlohmann::json& evaluation) {
+void EvaluationFiles::Finish(const Evaluation& evaluation) {
   for (const CurveDrawing& drawing : DrawCurves({{"", evaluation}}))
     WriteFileAtomically(folder_ / (drawing.key + ".svg"), drawing.svg);
-  WriteJson(EvaluationJsonPath(folder_), evaluation);
+  WriteJson(EvaluationJsonPath(folder_), ToJson(evaluation));
 }
 
 }  // namespace polarscan

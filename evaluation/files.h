@@ -2,7 +2,6 @@
 #pragma once
 #include <Eigen/Core>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -34,18 +33,13 @@ inline std::filesystem::path NormalErrorPath(const std::filesystem::path& evalua
   return evaluation / "normal" / (view + ".png");
 }
 
-// Errors that are shown at full strength.
-struct ErrorLimits {
-  double depth, normal_deg;
-};
-
 // Leaves them: the folder is made anew; without evaluation.json, which comes last, it counts as none.
 class EvaluationFiles {
  public:
   explicit EvaluationFiles(const std::filesystem::path& scan);
   void AddView(const std::string& view, const ErrorMaps& errors, const ErrorLimits& limits);
   void AddCloud(const std::vector<Eigen::Vector3d>& points, const std::vector<double>& errors);
-  void Finish(const nlohmann::json& evaluation);
+  void Finish(const Evaluation& evaluation);
 
  private:
   std::filesystem::path folder_;

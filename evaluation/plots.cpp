@@ -4,20 +4,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "core/words.h"
 
 namespace polarscan {
 namespace {
 
-using nlohmann::json;
-
 constexpr double kWidth = 400, kHeight = 290, kLeft = 46, kRight = 14, kTop = 34, kBottom = 44;
 
 struct Series {
   std::string name, colour;
   bool dashed;
-  json curve;  // {end, shares}
+  Curve curve;
 };
 
 double X(double share) { return kLeft + share * (kWidth - kLeft - kRight); }
@@ -43,11 +42,12 @@ std::string Axes(const std::string& title, const std::string& x_label, double en
 
 // `end`: of the axis; the curve goes as far as it is known.
 std::string Line(const Series& series, double end) {
-  const std::vector<double> shares = series.curve.at("shares");
-  const double own_end = series.curve.at("end"), last = double(shares.size() - 1);
+  const std::vector<double>& shares = series.curve.shares;
+  const double last = double(shares.size() - 1);
   std::string path;
   for (std::size_t i = 0; i < shares.size(); ++i)
-    path += fmt::format("{}{:.1f} {:.1f}", i ? "L" : "M", X(double(i) / last * own_end / end), Y(shares[i]));
+    path += fmt::format("{}{:.1f} {:.1f}", i ? "L" : "M", X(double(i) / last * series.curve.end / end),
+                        Y(shares[i]));
   return fmt::format("<path d='{}' fill='none' stroke='{}' stroke-width='2'{}/>", path, series.colour,
                      series.dashed ? " stroke-dasharray='6 4'" : "");
 }
@@ -67,7 +67,7 @@ std::string Key(const std::vector<Series>& series) {
 
 std::string Draw(const std::string& title, const std::string& x_label, const std::vector<Series>& series) {
   double end = 0;
-  for (const Series& each : series) end = std::max(end, each.curve.at("end").get<double>());
+  for (const Series& each : series) end = std::max(end, each.curve.end);
   std::string svg = fmt::format(
       "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0} {1}' width='{0}' height='{1}' "
       "font-family='system-ui,sans-serif' font-size='12' fill='currentColor' role='img'>",
@@ -78,15 +78,17 @@ std::string Draw(const std::string& title, const std::string& x_label, const std
   return svg + (named ? Key(series) : "") + "</svg>\n";
 }
 
-// The curve at this place of each evaluation that has it.
-void Add(const std::vector<NamedEvaluation>& evaluations, const json::json_pointer& place,
-         const std::string& what, bool dashed, std::vector<Series>& series) {
+// A curve of each evaluation that has it: `part` of it (maps, cloud) and there `which`.
+template <class Part>
+void Add(const std::vector<NamedEvaluation>& evaluations, std::optional<Part> Evaluation::*part,
+         std::optional<Curve> Part::*which, const std::string& what, bool dashed,
+         std::vector<Series>& series) {
   for (std::size_t i = 0; i < evaluations.size(); ++i) {
-    const json& evaluation = evaluations[i].evaluation;
-    if (!evaluation.contains(place) || !evaluation.at(place).is_object()) continue;
+    const std::optional<Part>& found = evaluations[i].evaluation.*part;
+    if (!found || !((*found).*which)) continue;
     const std::string& name = evaluations[i].name;
     const std::string both = name.empty() || what.empty() ? name + what : name + ", " + what;
-    series.push_back({both, SeriesColour(i), dashed, evaluation.at(place)});
+    series.push_back({both, SeriesColour(i), dashed, *((*found).*which)});
   }
 }
 
@@ -99,17 +101,16 @@ std::string SeriesColour(std::size_t index) {
 }
 
 std::vector<CurveDrawing> DrawCurves(const std::vector<NamedEvaluation>& evaluations) {
-  using Pointer = json::json_pointer;
   std::vector<CurveDrawing> drawings;
   const auto draw = [&](const char* key, const char* title, const char* x_label,
                         const std::vector<Series>& series) {
     if (!series.empty()) drawings.push_back({key, Draw(title, x_label, series)});
   };
   std::vector<Series> depth, normals, cloud;
-  Add(evaluations, Pointer("/maps/curves/depth"), "", false, depth);
-  Add(evaluations, Pointer("/maps/curves/normal_degrees"), "", false, normals);
-  Add(evaluations, Pointer("/cloud/curves/accuracy"), "accuracy", false, cloud);
-  Add(evaluations, Pointer("/cloud/curves/completeness"), "completeness", true, cloud);
+  Add(evaluations, &Evaluation::maps, &MapsEvaluation::depth, "", false, depth);
+  Add(evaluations, &Evaluation::maps, &MapsEvaluation::normal_deg, "", false, normals);
+  Add(evaluations, &Evaluation::cloud, &CloudEvaluation::accuracy_curve, "accuracy", false, cloud);
+  Add(evaluations, &Evaluation::cloud, &CloudEvaluation::completeness_curve, "completeness", true, cloud);
   draw("depth", "Depth: pixels with a smaller error", "depth error (units of the truth)", depth);
   draw("normals", "Normals: pixels with a smaller error", "normal error (degrees)", normals);
   draw("cloud", "Cloud: points and surface nearer than", "distance (units of the truth)", cloud);

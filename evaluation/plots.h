@@ -1,16 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-namespace polarscan {
+#include "evaluation/result.h"
 
-// What `polarscan evaluate` found of one scan or cloud.
-struct NamedEvaluation {
-  std::string name;  // empty: the only one
-  nlohmann::json evaluation;
-};
+namespace polarscan {
 
 // One drawing of cumulative errors (the paper's figure 3: x an error, y the share of what has a smaller one),
 // a curve a scan.

@@ -4,20 +4,23 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 #include <vector>
 
 namespace polarscan {
 namespace {
 
-using nlohmann::json;
-using nlohmann::literals::operator""_json_pointer;
-
-std::string Number(const json& value) {
-  return value.is_number() ? fmt::format("{:.4g}", value.get<double>()) : "-";
+std::string Number(const std::optional<double>& value) { return value ? fmt::format("{:.4g}", *value) : "-"; }
+std::string Percent(const std::optional<double>& value) {
+  return value ? fmt::format("{:.1f} %", 100 * *value) : "-";
 }
-std::string Percent(const json& value) {
-  return value.is_number() ? fmt::format("{:.1f} %", 100 * value.get<double>()) : "-";
+
+// The value at the key; none if there is none.
+template <class T>
+std::optional<T> At(const std::map<double, T>& values, double key) {
+  const auto found = values.find(key);
+  return found == values.end() ? std::nullopt : std::optional(found->second);
 }
 
 // 1,234,567.
@@ -27,113 +30,97 @@ std::string Grouped(std::size_t number) {
   return text;
 }
 
-// The keys are numbers; as text they would sort wrongly.
-std::vector<std::pair<double, json>> ByThreshold(const json& shares) {
-  std::vector<std::pair<double, json>> sorted;
-  for (const auto& [key, value] : shares.items()) sorted.emplace_back(std::stod(key), value);
-  std::ranges::sort(sorted, {}, &std::pair<double, json>::first);
-  return sorted;
-}
-
-std::string AlignmentText(const json& a) {
+std::string AlignmentText(const AlignmentErrors& e) {
   return fmt::format(
       "Alignment      {} cameras, scale {:.6g}, centres {:.3g} rms ({:.3g} at worst: {}), orientation {:.3g} "
       "deg\n",
-      a.at("cameras").get<int>(), a.at("scale").get<double>(), a.at("centre_rms").get<double>(),
-      a.at("centre_max").get<double>(), a.at("worst_camera").get<std::string>(),
-      a.at("rotation_degrees").get<double>());
+      e.cameras, e.scale, e.rms, e.max, e.worst, e.rotation_deg);
 }
 
-std::string Errors(const std::string& title, const json& errors) {
-  if (errors.is_null()) return "";
-  const json& all = errors.at("over_all");
+std::string Errors(const std::string& title, const std::optional<PixelErrors>& errors) {
+  if (!errors) return "";
+  const ErrorFigures &estimated = errors->estimated, &all = errors->all;
   std::string text = fmt::format("{:<26}{:>12}{:>12}\n", title, "estimated", "all");
-  text += fmt::format("  {:<24}{:>12}{:>12}\n", "mean", Number(errors.at("mean")), Number(all.at("mean")));
-  text +=
-      fmt::format("  {:<24}{:>12}{:>12}\n", "median", Number(errors.at("median")), Number(all.at("median")));
-  for (const auto& [threshold, share] : ByThreshold(all.at("within"))) {
-    const std::string key = fmt::format("{:g}", threshold);
-    text += fmt::format("  {:<24}{:>12}{:>12}\n", "below " + key,
-                        Percent(errors.at("within").value(key, json())), Percent(share));
-  }
+  text += fmt::format("  {:<24}{:>12}{:>12}\n", "mean", Number(estimated.mean), Number(all.mean));
+  text += fmt::format("  {:<24}{:>12}{:>12}\n", "median", Number(estimated.median), Number(all.median));
+  for (const auto& [threshold, share] : all.within)
+    text += fmt::format("  {:<24}{:>12}{:>12}\n", fmt::format("below {:g}", threshold),
+                        Percent(At(estimated.within, threshold)), Percent(share));
   return text;
 }
 
-std::string MapsText(const json& maps) {
-  const json& mean = maps.at("mean");
+std::string MapsText(const MapsEvaluation& maps) {
   std::string text = fmt::format(
       "Maps           {} views ({}); {} of the object's pixels estimated; {} of the estimated are off it\n",
-      maps.at("views").get<int>(), maps.at("kind").get<std::string>(), Percent(mean.at("completeness")),
-      Percent(mean.at("beyond")));
+      maps.views, maps.kind, Percent(maps.mean.completeness), Percent(maps.mean.beyond));
   text += fmt::format("               all: missing pixels count as {:g} and {:g} deg, and no pixel as more\n",
-                      maps.at("depth_penalty").get<double>(), maps.at("normal_penalty").get<double>());
-  return text + Errors("Depth error", mean.value("depth", json())) +
-         Errors("Normal error (deg)", mean.value("normal_degrees", json()));
+                      maps.depth_penalty, maps.normal_penalty_deg);
+  return text + Errors("Depth error", maps.mean.depth) + Errors("Normal error (deg)", maps.mean.normal_deg);
 }
 
-std::string CloudText(const json& cloud) {
+std::string CloudText(const CloudEvaluation& cloud) {
   std::string text = fmt::format(
       "Cloud          {} points ({} of the surroundings, {} cropped); {} of the surface counts as visible\n",
-      cloud.at("points").get<std::size_t>(), cloud.at("points_of_surroundings").get<std::size_t>(),
-      cloud.at("points_cropped").get<std::size_t>(), Percent(cloud.at("visible_share")));
+      cloud.points, cloud.points_of_surroundings, cloud.points_cropped, Percent(cloud.visible_share));
   text += fmt::format("  {:<24}{:>12}{:>12}{:>12}{:>12}\n", "", "mean", "median", "rms", "90 %");
-  for (const std::string name : {"accuracy", "completeness"}) {
-    const json& d = cloud.at(name);
-    if (d.is_null()) continue;
-    text += fmt::format("  {:<24}{:>12}{:>12}{:>12}{:>12}\n", name, Number(d.at("mean")),
-                        Number(d.at("median")), Number(d.at("rms")), Number(d.at("p90")));
-  }
+  for (const auto& [name, figures] :
+       {std::pair{"accuracy", cloud.accuracy}, {"completeness", cloud.completeness}})
+    if (figures)
+      text += fmt::format("  {:<24}{:>12}{:>12}{:>12}{:>12}\n", name, Number(figures->mean),
+                          Number(figures->median), Number(figures->rms), Number(figures->p90));
   text += fmt::format("  {:<24}{:>12}{:>12}{:>12}\n", "within", "precision", "recall", "F");
-  for (const auto& [threshold, shares] : ByThreshold(cloud.at("thresholds")))
-    text +=
-        fmt::format("  {:<24}{:>12}{:>12}{:>12}\n", fmt::format("{:g}", threshold),
-                    Percent(shares.at("precision")), Percent(shares.at("recall")), Percent(shares.at("F")));
+  for (const auto& [threshold, shares] : cloud.within)
+    text += fmt::format("  {:<24}{:>12}{:>12}{:>12}\n", fmt::format("{:g}", threshold),
+                        Percent(shares.precision), Percent(shares.recall), Percent(shares.f));
   return text;
+}
+
+// Mean distance in hundredths of the unit.
+std::string Hundredths(const std::optional<DistanceFigures>& figures, double unit) {
+  return figures ? fmt::format("{:.3f}", 100 * figures->mean / unit) : "-";
 }
 
 }  // namespace
 
-std::string EvaluationTable(const json& evaluation) {
+std::string EvaluationTable(const Evaluation& evaluation) {
   std::string text = "Lengths in the truth's units\n";
-  if (evaluation.contains("alignment")) text += AlignmentText(evaluation.at("alignment"));
-  if (evaluation.contains("maps")) text += MapsText(evaluation.at("maps"));
-  if (evaluation.contains("cloud")) text += CloudText(evaluation.at("cloud"));
+  if (evaluation.alignment) text += AlignmentText(*evaluation.alignment);
+  if (evaluation.maps) text += MapsText(*evaluation.maps);
+  if (evaluation.cloud) text += CloudText(*evaluation.cloud);
   text.pop_back();
   return text;
 }
 
 std::vector<std::vector<std::string>> ComparisonRows(const std::vector<NamedEvaluation>& evaluations) {
-  const auto unit = [](const json& e) { return e.value("/cloud/unit"_json_pointer, 1.0); };
   std::vector<std::vector<std::string>> rows;
+  // One text of each evaluation; no row if none has any.
   const auto row = [&](const std::string& label, auto text) {
     rows.push_back({label});
     for (const NamedEvaluation& each : evaluations) rows.back().push_back(text(each.evaluation));
     const auto empty = [](const std::string& cell) { return cell == "-"; };
     if (std::all_of(rows.back().begin() + 1, rows.back().end(), empty)) rows.pop_back();
   };
-  const auto at = [](const json& e, const std::string& place) {
-    const json::json_pointer pointer(place);
-    return e.contains(pointer) ? e.at(pointer) : json();
+  // The same of what is found of the cloud, of the maps' mean errors over all pixels.
+  const auto cloud_row = [&](const std::string& label, auto text) {
+    row(label, [&](const Evaluation& e) { return e.cloud ? text(*e.cloud) : std::string("-"); });
   };
-  row("# of points", [&](const json& e) {
-    const json points = at(e, "/cloud/points");
-    return points.is_number() ? Grouped(points.get<std::size_t>()) : "-";
-  });
-  for (const auto& [label, place] :
-       {std::pair{"Acc. (x10^-2)", "/cloud/accuracy/mean"}, {"Comp. (x10^-2)", "/cloud/completeness/mean"}})
-    row(label, [&, place = place](const json& e) {
-      const json mean = at(e, place);
-      return mean.is_number() ? fmt::format("{:.3f}", 100 * mean.get<double>() / unit(e)) : "-";
+  const auto maps_row = [&](const std::string& label, std::optional<PixelErrors> MapErrors::*which) {
+    row(label, [&](const Evaluation& e) {
+      return e.maps && e.maps->mean.*which ? Number((e.maps->mean.*which)->all.mean) : "-";
     });
-  const json thresholds = at(evaluations[0].evaluation, "/cloud/thresholds");
-  for (const auto& [threshold, shares] : ByThreshold(thresholds.is_null() ? json::object() : thresholds)) {
-    const std::string place = fmt::format("/cloud/thresholds/{:g}/F", threshold);
-    row(fmt::format("F within {:g}", threshold), [&](const json& e) { return Percent(at(e, place)); });
-  }
-  row("Surface counted", [&](const json& e) { return Percent(at(e, "/cloud/visible_share")); });
-  row("Depth error", [&](const json& e) { return Number(at(e, "/maps/mean/depth/over_all/mean")); });
-  row("Normal error (deg)",
-      [&](const json& e) { return Number(at(e, "/maps/mean/normal_degrees/over_all/mean")); });
+  };
+  cloud_row("# of points", [](const CloudEvaluation& c) { return Grouped(c.points); });
+  cloud_row("Acc. (x10^-2)", [](const CloudEvaluation& c) { return Hundredths(c.accuracy, c.unit); });
+  cloud_row("Comp. (x10^-2)", [](const CloudEvaluation& c) { return Hundredths(c.completeness, c.unit); });
+  if (const auto& first = evaluations[0].evaluation.cloud)
+    for (const auto& [threshold, unused] : first->within)
+      cloud_row(fmt::format("F within {:g}", threshold), [t = threshold](const CloudEvaluation& c) {
+        const auto shares = At(c.within, t);
+        return shares ? Percent(shares->f) : "-";
+      });
+  cloud_row("Surface counted", [](const CloudEvaluation& c) { return Percent(c.visible_share); });
+  maps_row("Depth error", &MapErrors::depth);
+  maps_row("Normal error (deg)", &MapErrors::normal_deg);
   return rows;
 }
 

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "evaluation/plots.h"
+#include "evaluation/result.h"
 
 namespace polarscan {
 
-// What `polarscan evaluate` found (its JSON) as a table for people.
-std::string EvaluationTable(const nlohmann::json& evaluation);
+// What `polarscan evaluate` found as a table for people.
+std::string EvaluationTable(const Evaluation& evaluation);
 
 // Several of them side by side, in the layout of the paper's table 1: points, accuracy and completeness in
 // hundredths of the unit, then F, depth and normal errors.

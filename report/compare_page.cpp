@@ -32,11 +32,11 @@ void WriteComparison(const std::filesystem::path& html, const std::string& truth
                      const std::vector<std::vector<ErrorPictures>>& pictures) {
   json data = {{"truth", truth},
                {"rows", ComparisonRows(evaluations)},
-               {"limits", evaluations[0].evaluation.value("pictures", json::object())},
+               {"limits", ToJson(evaluations[0].evaluation).value("pictures", json::object())},
                {"heat", PaletteBase64(HeatPalette())}};
   for (std::size_t i = 0; i < evaluations.size(); ++i)
     data["scans"].push_back({{"name", evaluations[i].name},
-                             {"input", evaluations[i].evaluation.at("input")},
+                             {"input", evaluations[i].evaluation.input},
                              {"colour", SeriesColour(i)},
                              {"pictures", ToPage(pictures[i])}});
   for (const CurveDrawing& drawing : DrawCurves(evaluations)) data["curves"].push_back(drawing.svg);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/report.h"
 
+#include <optional>
+
 #include "core/error.h"
 #include "core/files/files.h"
 #include "core/formats/image_io.h"
@@ -44,20 +46,19 @@ T Try(json& notes, Read&& read) {
   }
 }
 
-// What `polarscan evaluate` found; null if it was not run, or not on this cloud.
-json ReadEvaluation(const fs::path& scan, const ScanState& state, json& notes) {
+// What `polarscan evaluate` found; none if it was not run, or not on this cloud.
+std::optional<Evaluation> CurrentEvaluation(const fs::path& scan, const ScanState& state, json& notes) {
   const fs::path file = EvaluationJsonPath(EvaluationFolder(scan));
-  if (!fs::exists(file)) return nullptr;
-  json evaluation = ReadJson(file);
-  if (evaluation.contains("cloud_hash") && fs::exists(scan / "cloud.ply") &&
-      evaluation.at("cloud_hash") != ToHex(HashFile(scan / "cloud.ply"))) {
+  if (!fs::exists(file)) return std::nullopt;
+  Evaluation evaluation = ReadEvaluation(file);
+  if (!evaluation.cloud_hash.empty() && fs::exists(scan / "cloud.ply") &&
+      evaluation.cloud_hash != ToHex(HashFile(scan / "cloud.ply"))) {
     notes.push_back("The evaluation is of an earlier cloud and left out; run polarscan evaluate again.");
-    return nullptr;
+    return std::nullopt;
   }
-  if (evaluation.contains("maps") && evaluation.value("maps_result", "") != ResultOf(state, "stereo") &&
-      evaluation.contains("maps_result")) {
+  if (evaluation.maps && evaluation.maps_result && *evaluation.maps_result != ResultOf(state, "stereo")) {
     notes.push_back("The evaluation is of earlier maps and left out; run polarscan evaluate again.");
-    return nullptr;
+    return std::nullopt;
   }
   return evaluation;
 }
@@ -133,10 +134,11 @@ void WriteReport(const fs::path& scan_folder, const fs::path& html, Progress& pr
   if (const json offset = data["scan"].value("offset", json()); offset.is_array())
     notes.push_back("Coordinates are in a local frame: add " + offset.dump() +
                     " for those of the poses given.");
-  const json evaluation = Try<json>(notes, [&] { return ReadEvaluation(scan_folder, state, notes); });
+  const auto evaluation =
+      Try<std::optional<Evaluation>>(notes, [&] { return CurrentEvaluation(scan_folder, state, notes); });
   TellOldCloud(state, notes);
   const Eigen::Matrix3d& display = views.display_from_world;
-  const CloudSample sample = ReadCloud(scan_folder, !evaluation.is_null(), display, notes);
+  const CloudSample sample = ReadCloud(scan_folder, evaluation.has_value(), display, notes);
   const ReportCloud cloud = sample.empty() ? ReportCloud() : PackCloud(sample);
   progress.Check();
   const ReportMesh mesh = MeshOfCloud(scan_folder, state, data["scan"], display, sample, cloud, notes);
@@ -147,9 +149,12 @@ void WriteReport(const fs::path& scan_folder, const fs::path& html, Progress& pr
   data["dop_full"] = views.dop_full;
   data["cloud"] = cloud.facts;
   data["mesh"] = mesh.facts;
-  data["evaluation"] = evaluation;
+  data["evaluation"] = nullptr;
   data["curves"] = json::array();
-  for (const CurveDrawing& drawing : DrawCurves({{"", evaluation}})) data["curves"].push_back(drawing.svg);
+  if (evaluation) {
+    data["evaluation"] = ToJson(*evaluation);
+    for (const CurveDrawing& drawing : DrawCurves({{"", *evaluation}})) data["curves"].push_back(drawing.svg);
+  }
   WriteFileAtomically(html, Fill(kReportHtml, {{"{{title}}", EscapeHtml(NameOf(scan_folder))},
                                                {"{{style}}", kReportCss},
                                                {"{{data}}", EscapeJson(data)},

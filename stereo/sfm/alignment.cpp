@@ -65,24 +65,29 @@ Alignment AlignCameras(const std::vector<NamedPose>& estimated, const std::vecto
     from.push_back(pair.estimated.Center());
     to.push_back(pair.truth.Center());
   }
-  Alignment alignment;
-  alignment.truth_from_scan = EstimateSimilarity(from, to);
-  alignment.cameras = int(pairs.size());
+  const Similarity truth_from_scan = EstimateSimilarity(from, to);
+  AlignmentErrors errors{.cameras = int(pairs.size()), .scale = truth_from_scan.scale};
   const double n = double(pairs.size());
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const double distance = (alignment.truth_from_scan * from[i] - to[i]).norm();
-    alignment.rms += distance * distance / n;
-    if (distance >= alignment.max) alignment.max = distance, alignment.worst = pairs[i].name;
-    const Eigen::Matrix3d moved = alignment.truth_from_scan(pairs[i].estimated).rotation;
-    alignment.rotation_deg += AngleDeg(moved * pairs[i].truth.rotation.transpose()) / n;
+    const double distance = (truth_from_scan * from[i] - to[i]).norm();
+    errors.rms += distance * distance / n;
+    if (distance >= errors.max) errors.max = distance, errors.worst = pairs[i].name;
+    const Eigen::Matrix3d moved = truth_from_scan(pairs[i].estimated).rotation;
+    errors.rotation_deg += AngleDeg(moved * pairs[i].truth.rotation.transpose()) / n;
   }
-  alignment.rms = std::sqrt(alignment.rms);
-  return alignment;
+  errors.rms = std::sqrt(errors.rms);
+  return {truth_from_scan, errors};
 }
 
-nlohmann::json ToJson(const Alignment& a) {
-  return {{"cameras", a.cameras}, {"scale", a.truth_from_scan.scale}, {"centre_rms", a.rms},
-          {"centre_max", a.max},  {"worst_camera", a.worst},          {"rotation_degrees", a.rotation_deg}};
+nlohmann::json ToJson(const AlignmentErrors& e) {
+  return {{"cameras", e.cameras}, {"scale", e.scale},        {"centre_rms", e.rms},
+          {"centre_max", e.max},  {"worst_camera", e.worst}, {"rotation_degrees", e.rotation_deg}};
+}
+
+AlignmentErrors ReadAlignmentErrors(const nlohmann::json& object) {
+  return {object.at("cameras"),          object.at("scale"),
+          object.at("centre_rms"),       object.at("centre_max"),
+          object.at("rotation_degrees"), object.at("worst_camera")};
 }
 
 }  // namespace polarscan

@@ -19,16 +19,22 @@ struct NamedPose {
 std::vector<NamedPose> Poses(const Workspace& workspace);
 std::vector<NamedPose> Poses(const SparseModel& model);
 
-// The similarity of camera centres that takes an estimate to the truth, and what is left between them after
-// it.
-struct Alignment {
-  Similarity truth_from_scan;
+// What is left between estimated cameras and true ones after an alignment.
+struct AlignmentErrors {
   int cameras = 0;          // of the same name in both
+  double scale = 1;         // of the alignment
   double rms = 0, max = 0;  // distance of the centres, units of the truth
   double rotation_deg = 0;  // mean angle between the cameras' orientations
   std::string worst;        // the view with the greatest distance
 };
-nlohmann::json ToJson(const Alignment& alignment);
+nlohmann::json ToJson(const AlignmentErrors& errors);
+AlignmentErrors ReadAlignmentErrors(const nlohmann::json& object);
+
+// The similarity of camera centres that takes an estimate to the truth.
+struct Alignment {
+  Similarity truth_from_scan;
+  AlignmentErrors errors;
+};
 
 // Cameras match by the stem of their names. Throws Error if fewer than three match or they lie on one line.
 Alignment AlignCameras(const std::vector<NamedPose>& estimated, const std::vector<NamedPose>& truth);

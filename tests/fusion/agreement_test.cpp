@@ -51,7 +51,11 @@ SphereFit FitSphere(const fs::path& cloud) {
   return fit;
 }
 
-json Compare(const fs::path& cloud) {
+// As the program prints it.
+json Printed(const MapsEvaluation& maps) { return ToJson(Evaluation{.maps = maps}).at("maps"); }
+json Printed(const CloudEvaluation& cloud) { return ToJson(Evaluation{.cloud = cloud}).at("cloud"); }
+
+CloudEvaluation Compare(const fs::path& cloud) {
   Progress progress;
   EvaluateOptions options;
   options.samples = 20000;
@@ -97,8 +101,8 @@ TEST(Agreement, ColmapsOwnFusionGivesASimilarCloudFromOurWorkspace) {
   EXPECT_LT(b.rms, 2e-3);  // it takes medians of positions that are not on one ray
   EXPECT_GT(a.points, b.points);
   EXPECT_LT(a.points, 5 * b.points);  // its walk also merges neighbours in one view
-  const double our_recall = Compare(ours)["thresholds"]["0.05"]["recall"];
-  const double their_recall = Compare(theirs)["thresholds"]["0.05"]["recall"];
+  const double our_recall = Compare(ours).within.at(0.05).recall;
+  const double their_recall = Compare(theirs).within.at(0.05).recall;
   EXPECT_NEAR(our_recall, their_recall,
               0.05);  // spacing: about 0.025
   EXPECT_GT(unshifted.rms, 2 * b.rms);
@@ -159,8 +163,8 @@ TEST_F(Scripts, OfMapsFindTheSameErrors) {
   const json theirs =
       Run({"eval_maps.py", folder_.path(), folder_.path() / "sparse", folder_.path() / "mesh.ply"});
   Progress progress;
-  const json ours = EvaluateMaps(workspace, {}, Truth(ReadMesh(folder_.path() / "mesh.ply"), {}),
-                                 EvaluateOptions(), progress);
+  const json ours = Printed(EvaluateMaps(workspace, {}, Truth(ReadMesh(folder_.path() / "mesh.ply"), {}),
+                                         EvaluateOptions(), progress));
   EXPECT_EQ(theirs["views"], ours["views"]);
   EXPECT_EQ(theirs["per_view"]["v101.png"]["object_pixels"], ours["per_view"]["v101"]["object_pixels"]);
   ExpectSameNumbers(theirs["mean"], ours["mean"], 1e-5, "mean");  // they round to five digits
@@ -195,7 +199,7 @@ TEST_F(Scripts, OfCloudsFindTheSameDistances) {
                                         "--samples",
                                         "200000"};
   json theirs = Run(arguments);
-  json ours = EvaluateCloud(positions, {}, truth, options, 1, progress);
+  json ours = Printed(EvaluateCloud(positions, {}, truth, options, 1, progress));
   ExpectSameNumbers(theirs["accuracy"], ours["accuracy"], 1e-5, "accuracy");  // they round to six digits
   ExpectSameNumbers(theirs["completeness"], ours["completeness"], 5e-4,
                     "completeness");  // other random samples
@@ -204,7 +208,7 @@ TEST_F(Scripts, OfCloudsFindTheSameDistances) {
 
   arguments.insert(arguments.end(), {"--visible-from", folder_.path() / "sparse"});
   theirs = Run(arguments);
-  ours = EvaluateCloud(positions, workspace.views, truth, options, 1, progress);
+  ours = Printed(EvaluateCloud(positions, workspace.views, truth, options, 1, progress));
   EXPECT_NEAR(theirs["visible_share"], ours["visible_share"], 0.005);
   ExpectSameNumbers(theirs["completeness"], ours["completeness"], 5e-4, "visible completeness");
 }

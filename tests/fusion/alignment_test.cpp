@@ -55,15 +55,15 @@ TEST(Alignment, MovesCamerasOntoTheirTruePosesAndReportsTheResidual) {
   EXPECT_LT((after - truth_from_scan.scale * before).norm(), 1e-12);
 
   truth.push_back({"unregistered", {}});
-  EXPECT_LT(AlignCameras(Poses(scan), truth).max, 1e-11);
-  EXPECT_LT(AlignCameras(Poses(scan), truth).rotation_deg, 1e-5);
-  EXPECT_EQ(AlignCameras(Poses(scan), truth).cameras, 6);
+  EXPECT_LT(AlignCameras(Poses(scan), truth).errors.max, 1e-11);
+  EXPECT_LT(AlignCameras(Poses(scan), truth).errors.rotation_deg, 1e-5);
+  EXPECT_EQ(AlignCameras(Poses(scan), truth).errors.cameras, 6);
 
   truth[4].cam_from_world.translation.z() += 0.5;
   const Alignment bent = AlignCameras(Poses(scan), truth);
-  EXPECT_EQ(bent.worst, "v104");
-  EXPECT_GT(bent.max, 0.1);
-  EXPECT_LT(bent.max, 0.5);
+  EXPECT_EQ(bent.errors.worst, "v104");
+  EXPECT_GT(bent.errors.max, 0.1);
+  EXPECT_LT(bent.errors.max, 0.5);
 }
 
 TEST(Alignment, NeedsThreeCamerasOfTheSameName) {

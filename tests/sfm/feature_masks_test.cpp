@@ -138,7 +138,7 @@ class Turntable : public FolderTest {
     ASSERT_EQ(model.images.size(), std::size_t(kViews));
     std::vector<NamedPose> truth;
     for (const DenseView& view : views) truth.push_back({view.name, view.cam_from_world});
-    EXPECT_LT(AlignCameras(Poses(model), truth).rms, 0.05);
+    EXPECT_LT(AlignCameras(Poses(model), truth).errors.rms, 0.05);
   }
 
   std::vector<DenseView> views;

@@ -69,8 +69,8 @@ TriangleMesh MarchingCubes(const SparseGrid& grid, float level) {
   }();
   constexpr int kStep[3] = {1, SparseGrid::kHaloSide, SparseGrid::kHaloSide * SparseGrid::kHaloSide};
   const auto halo_index = [](int node) {
-    return SparseGrid::HaloIndex(node % SparseGrid::kSide, node / SparseGrid::kSide % SparseGrid::kSide,
-                                 node / (SparseGrid::kSide * SparseGrid::kSide));
+    const auto [x, y, z] = SparseGrid::LocalPlace(node);
+    return SparseGrid::HaloIndex(x, y, z);
   };
   const auto count = std::size_t(grid.size());
   std::vector<BlockVertices> vertices(count);
@@ -81,10 +81,7 @@ TriangleMesh MarchingCubes(const SparseGrid& grid, float level) {
     const SparseGrid::Place place = SparseGrid::PlaceOf(grid.key(block));
     for (int node = 0; node < SparseGrid::kNodes; ++node) {
       const int at = halo_index(node);
-      const Eigen::Vector3i corner(
-          SparseGrid::kSide * place[0] + node % SparseGrid::kSide,
-          SparseGrid::kSide * place[1] + node / SparseGrid::kSide % SparseGrid::kSide,
-          SparseGrid::kSide * place[2] + node / (SparseGrid::kSide * SparseGrid::kSide));
+      const Eigen::Vector3i corner(SparseGrid::PlaceOfNode(place, node).data());
       for (int axis = 0; axis < 3; ++axis) {
         const float here = halo[std::size_t(at)] - level, there = halo[std::size_t(at + kStep[axis])] - level;
         if ((here > 0) == (there > 0)) continue;
@@ -106,8 +103,7 @@ TriangleMesh MarchingCubes(const SparseGrid& grid, float level) {
     grid.Load(block, halo);
     const auto& around = grid.Around(block);
     for (int node = 0; node < SparseGrid::kNodes; ++node) {
-      const int lower[3] = {node % SparseGrid::kSide, node / SparseGrid::kSide % SparseGrid::kSide,
-                            node / (SparseGrid::kSide * SparseGrid::kSide)};
+      const SparseGrid::Place lower = SparseGrid::LocalPlace(node);
       int inside = 0;
       for (int corner = 0; corner < 8; ++corner)
         inside |= int(halo[std::size_t(halo_index(node) + (corner & 1) * kStep[0] +
@@ -117,7 +113,7 @@ TriangleMesh MarchingCubes(const SparseGrid& grid, float level) {
       const auto vertex = [&](int edge, std::uint32_t& index) {
         int step = 0, local = 0;
         for (int axis = 0, stride = 1, size = 1; axis < 3; ++axis, stride *= 3, size *= SparseGrid::kSide) {
-          const int at = lower[axis] + (edge >> axis & 1);
+          const int at = lower[std::size_t(axis)] + (edge >> axis & 1);
           step += at / SparseGrid::kSide * stride, local += at % SparseGrid::kSide * size;
         }
         const int owner = around[std::size_t(13 + step)];

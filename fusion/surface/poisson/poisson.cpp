@@ -66,15 +66,13 @@ void AddBlocksNearSurface(const SparseGrid& grid, float level, std::vector<std::
     grid.Load(block, halo);
     const SparseGrid::Place place = SparseGrid::PlaceOf(grid.key(block));
     for (int node = 0; node < SparseGrid::kNodes; ++node) {
-      const Eigen::Vector3i local(node % SparseGrid::kSide, node / SparseGrid::kSide % SparseGrid::kSide,
-                                  node / (SparseGrid::kSide * SparseGrid::kSide));
+      const SparseGrid::Place local = SparseGrid::LocalPlace(node);
       const auto above = [&](int x, int y, int z) {
-        return halo[std::size_t(SparseGrid::HaloIndex(local.x() + x, local.y() + y, local.z() + z))] > level;
+        return halo[std::size_t(SparseGrid::HaloIndex(local[0] + x, local[1] + y, local[2] + z))] > level;
       };
       const bool here = above(0, 0, 0);
       if (above(1, 0, 0) == here && above(0, 1, 0) == here && above(0, 0, 1) == here) continue;
-      const Eigen::Vector3i fine =
-          2 * (SparseGrid::kSide * Eigen::Vector3i(place[0], place[1], place[2]) + local);
+      const Eigen::Vector3i fine = 2 * Eigen::Vector3i(SparseGrid::PlaceOfNode(place, node).data());
       ForBlocksNear(fine.array() - kBand + 1, fine.array() + 2 + kBand, 2 * grid.side(),
                     [&](std::uint64_t key) { near.push_back(key); });
     }

@@ -19,11 +19,10 @@ SparseGrid::SparseGrid(int depth, std::vector<std::uint64_t> blocks, const Spars
   });
   if (!coarser_) return;
   ParallelFor(0, size(), [&](int block) {
-    const auto [x, y, z] = PlaceOf(key(block));
-    for (int i = 0; i < kNodes; ++i)
-      Values(block)[i] = coarser_->Interpolated(0.5f * float(kSide * x + i % kSide),
-                                                0.5f * float(kSide * y + i / kSide % kSide),
-                                                0.5f * float(kSide * z + i / (kSide * kSide)));
+    for (int i = 0; i < kNodes; ++i) {
+      const auto [x, y, z] = PlaceOfNode(PlaceOf(key(block)), i);
+      Values(block)[i] = coarser_->Interpolated(0.5f * float(x), 0.5f * float(y), 0.5f * float(z));
+    }
   });
 }
 

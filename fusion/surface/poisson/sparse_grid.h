@@ -13,7 +13,7 @@ class SparseGrid {
  public:
   static constexpr int kSide = 4, kNodes = kSide * kSide * kSide;
   static constexpr int kInactive = -1, kOutside = -2;
-  using Place = std::array<int, 3>;  // of a block: its first node is (4x, 4y, 4z)
+  using Place = std::array<int, 3>;  // of a node; of a block: its first node is (4x, 4y, 4z)
   // A block's values with those around, from -1 to 4 along each axis, x fastest.
   static constexpr int kHaloSide = kSide + 2;
   using Halo = std::array<float, kHaloSide * kHaloSide * kHaloSide>;
@@ -29,7 +29,16 @@ class SparseGrid {
     constexpr std::uint64_t kMask = (1u << 21) - 1;
     return {int(key & kMask), int(key >> 21 & kMask), int(key >> 42)};
   }
+  // A node in its block: 0 to 63, x fastest; and back.
   static constexpr int LocalIndex(int x, int y, int z) { return x + kSide * (y + kSide * z); }
+  static constexpr Place LocalPlace(int node) {
+    return {node % kSide, node / kSide % kSide, node / (kSide * kSide)};
+  }
+  // A node at its place in the grid.
+  static Place PlaceOfNode(const Place& block, int node) {
+    const Place local = LocalPlace(node);
+    return {kSide * block[0] + local[0], kSide * block[1] + local[1], kSide * block[2] + local[2]};
+  }
   static constexpr int HaloIndex(int x, int y, int z) {
     return x + 1 + kHaloSide * (y + 1 + kHaloSide * (z + 1));
   }

@@ -48,7 +48,7 @@ SparseModel AdjustKnownPoses(const Mapping& m, const SparseModel& known) {
     for (auto& [id, point] : model.points) point.position = moved.truth_from_scan * point.position;
     m.progress.Info(
         fmt::format("bundle adjustment of {} points moved the cameras by {:.2g} rms, {:.2g} at most",
-                    model.points.size(), moved.rms, moved.max));
+                    model.points.size(), moved.errors.rms, moved.errors.max));
   } catch (const Error&) {  // on one line, or fewer than three: they stay where COLMAP left them
     m.progress.Info(fmt::format("bundle adjustment of {} points", model.points.size()));
   }

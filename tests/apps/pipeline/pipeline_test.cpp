@@ -154,7 +154,7 @@ TEST_F(Pipeline, PosesThatAreOnlyNearlyRightAreAdjustedToThePictures) {
   const SparseModel adjusted = ReadSparseModel(scan / "sfm/model");
   ASSERT_EQ(adjusted.images.size(), 8u);
   const auto misplacement = [&](const SparseModel& model) {
-    return AlignCameras(Poses(model), Poses(truth)).rms;
+    return AlignCameras(Poses(model), Poses(truth)).errors.rms;
   };
   EXPECT_LT(misplacement(adjusted), 0.5 * misplacement(given));
   for (const auto& [id, image] : adjusted.images)  // in the frame of what was given
