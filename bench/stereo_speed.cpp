@@ -52,7 +52,7 @@ double NanosecondsPerTap(Cost cost, const Window& window, const Patch& patch, co
                          const std::vector<Warp>& warps, int rounds) {
   float sum = 0;
   const double seconds = BestSeconds(rounds, [&] {
-    for (const Warp& warp : warps) sum += cost(window, patch, warp, source, 1e-5f);
+    for (const Warp& warp : warps) sum += cost(window, patch, warp, source, {1e-5f});
   });
   if (!std::isfinite(sum)) std::puts("no sum");  // so that the work is needed
   return 1e9 * seconds / double(warps.size()) / window.taps;

@@ -4,6 +4,59 @@
 #include "core/error.h"
 
 namespace polarscan {
+namespace {
+
+// What PolarPMS, COLMAP share: PatchMatch along lines, one photometric and one geometric pass.
+StereoOptions Sequential(StereoOptions options) {
+  options.schedule = "sequential";
+  options.photometric_iterations = options.geometric_iterations = 5;
+  options.warm_geometric_pass = false;
+  options.surfaces = 0;
+  options.window_corners = true;
+  options.closed_form_normals = false;
+  options.silhouettes = false;
+  options.depth_perturbation = 1.0;
+  options.filter_min_ncc = 0.1;
+  options.filter_min_consistent = 2;
+  return options;
+}
+
+// PolarPMS, WACV 2024: the constants of its section 4.1 for rendered pictures.
+StereoOptions Published(StereoOptions options) {
+  options = Sequential(std::move(options));
+  options.sources = 10;
+  options.polarization_weight = 4.0;
+  options.depth_normal_weight = 0.4;
+  options.polarization_evidence = "dop";
+  options.polarization_residual = "exponential";
+  options.residual_power = 2;
+  options.count_unseen = true;
+  return options;
+}
+
+StereoOptions ForRealPictures(StereoOptions options) {
+  options.polarization_weight = 10.0;
+  options.dop_saturation = 1.0;
+  return options;
+}
+
+// Schoenberger et al., ECCV 2016, with the constants of COLMAP 3.8's patch_match_stereo. Its cost is 1 - NCC +
+// 0.3 min(psi, 3), here times 2.5.
+StereoOptions AsColmap(StereoOptions options) {
+  options = Sequential(std::move(options));
+  options.polarization = options.depth_normal = false;
+  options.paired_sweeps = false;
+  options.random_hypotheses = false;
+  options.sources = 20;
+  options.window_step = 1;
+  options.geometric_weight = 1.5;
+  options.ncc_epsilon = 0;
+  options.reference_min_variance = options.source_min_variance = 1e-5;
+  options.filter_min_dop = options.filter_min_variance = 0;
+  return options;
+}
+
+}  // namespace
 
 StereoOptions StereoPreset(const std::string& name) {
   StereoOptions options;
@@ -22,36 +75,24 @@ StereoOptions StereoPreset(const std::string& name) {
     options.vote_views = 32;
     return options;
   }
-  if (name != "paper") throw Error("no such preset", name, "Choose one of: fast, default, best, paper");
-  options.schedule = "sequential";
-  options.photometric_iterations = 3;
-  options.sources = 10;
-  options.surfaces = 0;
-  options.geometric_iterations = 2;
-  options.warm_geometric_pass = false;
-  options.window_corners = true;
-  options.polarization_weight = 4.0;
-  options.depth_normal_weight = 0.4;
-  options.polarization_evidence = "dop";
-  options.polarization_residual = "exponential";
-  options.closed_form_normals = false;
-  options.silhouettes = false;
-  options.depth_perturbation = 1.0;
-  options.filter_min_ncc = 0.1;
-  options.filter_min_consistent = 2;
-  return options;
+  if (name == "paper") return Published(std::move(options));
+  if (name == "paper-real") return ForRealPictures(Published(std::move(options)));
+  if (name == "colmap") return AsColmap(std::move(options));
+  throw Error("no such preset", name, "Choose one of: fast, default, best, paper, paper-real, colmap");
 }
 
 OptionTable Table(StereoOptions& o) {
   return {
       {"preset",
        &o.preset,
-       "paper: as published; default: the paper's method with the cures that measurements asked for; fast, "
-       "best: the same with fewer or more source views and refinements",
+       "default: PolarPMS with the cures that measurements asked for; fast, best: the same with fewer or "
+       "more "
+       "source views and refinements; paper, paper-real: PolarPMS as published, with its constants for "
+       "rendered and for real pictures; colmap: COLMAP's method, without polarization",
        "",
        0,
        0,
-       {"fast", "default", "best", "paper"}},
+       {"fast", "default", "best", "paper", "paper-real", "colmap"}},
       {"polarization", &o.polarization, "use the polarimetric consistency, eq. (7)"},
       {"depth-normal", &o.depth_normal, "use the depth-normal consistency, eq. (10)"},
       {"masks", &o.masks, "estimate only inside the masks"},
@@ -91,6 +132,11 @@ OptionTable Table(StereoOptions& o) {
        "iterations of the pass that compares views' maps, or of each finer level; 0: none", "", 0, 100},
       {"warm-geometric-pass", &o.warm_geometric_pass,
        "the second pass only refines: random depths within 1 %, perturbations from a quarter on"},
+      {"paired-sweeps", &o.paired_sweeps,
+       "sequential: along rows and back, then along columns and back; off: each sweep turned by 90 degrees "
+       "from the one before, as in COLMAP"},
+      {"random-hypotheses", &o.random_hypotheses,
+       "sequential: random depths and normals beside the perturbed ones, eq. (1); off: as in COLMAP"},
       {"sources", &o.sources, "source views a reference view may use: more is slower and more complete", "",
        1, 32},
       {"samples", &o.samples, "sequential: source views drawn for each pixel: more is slower and steadier",
@@ -103,7 +149,11 @@ OptionTable Table(StereoOptions& o) {
       {"sigma-color", &o.sigma_color,
        "how different a sample may look and still count (bilateral weight, grey in 0..1)", "", 0.01, 10},
       {"ncc-sigma", &o.ncc_sigma, "spread of 1 - NCC for a source that sees the point", "", 0.01, 10},
-      {"ncc-epsilon", &o.ncc_epsilon, "added to each variance: flat patches match flat patches", "", 0, 1},
+      {"ncc-epsilon", &o.ncc_epsilon,
+       "added to each variance: flat patches match flat patches; 0: a flat patch costs 2", "", 0, 1},
+      {"reference-min-variance", &o.reference_min_variance,
+       "a reference patch of less variance (grey in 0..1) costs 2; COLMAP: 1e-5", "", 0, 1},
+      {"source-min-variance", &o.source_min_variance, "the same of a source's patch", "", 0, 1},
       {"incident-angle-sigma", &o.incident_angle_sigma, "spread of the prior on the angle of incidence", "",
        0.01, 10},
       {"min-triangulation-angle", &o.min_triangulation_angle_deg,
@@ -130,6 +180,11 @@ OptionTable Table(StereoOptions& o) {
        0,
        {"exponential", "sine"}},
       {"residual-steepness", &o.residual_steepness, "k of the exponential delta", "", 0.001, 20},
+      {"residual-power", &o.residual_power,
+       "exponent of the exponential delta; which one the paper uses is not known", "", 0.1, 10},
+      {"count-unseen", &o.count_unseen,
+       "F_pol: a source that sees the point outside of its picture or mask counts with the largest residual; "
+       "off: it does not count"},
       {"closed-form-normals", &o.closed_form_normals,
        "add hypotheses whose normal follows from the AoP of several views"},
       {"silhouettes", &o.silhouettes,

@@ -28,6 +28,8 @@ struct StereoOptions {
   int photometric_iterations = 3;
   int geometric_iterations = 1;
   bool warm_geometric_pass = true;
+  bool paired_sweeps = true;
+  bool random_hypotheses = true;
   int sources = 12;
   int samples = 15;
   int window_radius = 5;
@@ -36,6 +38,8 @@ struct StereoOptions {
   double sigma_color = 0.2;
   double ncc_sigma = 0.6;
   double ncc_epsilon = 1e-5;
+  double reference_min_variance = 0;
+  double source_min_variance = 0;
   double incident_angle_sigma = 0.9;
   double min_triangulation_angle_deg = 1.0;
 
@@ -48,6 +52,8 @@ struct StereoOptions {
   double aop_noise_deg = 5.7;
   std::string polarization_residual = "sine";
   double residual_steepness = 0.5;
+  double residual_power = 1;
+  bool count_unseen = false;
   bool closed_form_normals = true;
   bool silhouettes = true;
   double silhouette_margin_px = 2.0;

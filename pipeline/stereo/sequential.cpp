@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/stereo/sequential.h"
 
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include "pipeline/stereo/stage_inputs.h"
 #include "stereo/costs/hull.h"
@@ -11,6 +13,10 @@
 
 namespace polarscan {
 namespace {
+
+// Along rows and back, along columns and back (section 3.1); or turned by 90 degrees each time, as in COLMAP.
+constexpr std::array<std::pair<int, int>, 4> kPaired = {{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}},
+                                             kTurning = {{{1, 0}, {0, 1}, {-1, 0}, {0, -1}}};
 
 struct Pass {
   bool geometric;
@@ -25,7 +31,7 @@ class SequentialPasses {
         maps_(CachedMaps(steps.options(),
                          [&](int v) { return ReadMaps(steps.workspace(), v, kPhotometricMaps); })) {}
 
-  // Four sweeps an iteration: row-major, column-major, and both in reverse (section 3.1).
+  // Four sweeps an iteration.
   DepthNormalMap Estimate(int view, const Pass& pass) {
     const Workspace& workspace = steps_.workspace();
     const StereoOptions& options = steps_.options();
@@ -37,10 +43,10 @@ class SequentialPasses {
         VisualHull(problem, warm ? std::vector<Source>{}
                                  : SourcesWithSilhouettes(workspace, view, options, *reference, views_));
     MatchState state = InitialState(problem, options, hull, pass.geometric ? maps_.Get(view).get() : nullptr);
-    constexpr int kDirections[4][2] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
     for (int i = 0; i < 4 * pass.iterations; ++i) {
-      const Sweep sweep{kDirections[i % 4][0],
-                        kDirections[i % 4][1],
+      const auto [dx, dy] = (options.paired_sweeps ? kPaired : kTurning)[i % 4];
+      const Sweep sweep{dx,
+                        dy,
                         (warm ? 0.25f : 1) * std::exp2(-float(i) / 4),
                         float(i) / float(4 * pass.iterations),
                         warm ? 0.01f : 0,

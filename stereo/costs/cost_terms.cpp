@@ -27,7 +27,8 @@ PolarizationResidual::PolarizationResidual(const StereoOptions& options) {
   constexpr int kSteps = 512;
   for (int i = 0; i <= kSteps; ++i) {
     const double eta = std::asin(double(i) / kSteps) / 2, theta = 1 - 4 * eta / std::numbers::pi;
-    table_.push_back(float((std::exp(-k * theta) - std::exp(-k)) / (1 - std::exp(-k))));
+    const double delta = (std::exp(-k * theta) - std::exp(-k)) / (1 - std::exp(-k));
+    table_.push_back(float(std::pow(delta, options.residual_power)));
   }
   table_.push_back(table_.back());
 }

@@ -68,7 +68,7 @@ PackedImage Pack(const Image<float>& gray) {
 }
 
 float NccCostScalar(const Window& window, const Patch& patch, const Warp& h, const PackedImage& source,
-                    float epsilon) {
+                    const Contrast& contrast) {
   const float max_x = float(source.width) - 1.001f, max_y = float(source.height) - 1.001f;
   const float cu = h.u0 / h.w0, cv = h.v0 / h.w0;
   if (!(h.w0 > 0 && cu >= 0 && cv >= 0 && cu <= float(source.width) && cv <= float(source.height))) return 2;
@@ -94,8 +94,7 @@ float NccCostScalar(const Window& window, const Patch& patch, const Warp& h, con
   if (nearest <= 0) return 2;
   const float covariance = sum_rs - patch.mean * sum_s;
   const float variance = std::max(0.0f, sum_ss - sum_s * sum_s);
-  const float ncc = (covariance + epsilon) / std::sqrt((patch.variance + epsilon) * (variance + epsilon));
-  return std::clamp(1 - ncc, 0.0f, 2.0f);
+  return NccCostOf(patch.variance, variance, covariance, contrast);
 }
 
 }  // namespace polarscan

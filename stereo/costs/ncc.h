@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -57,13 +59,27 @@ struct Warp {
   float u0, ux, uy, v0, vx, vy, w0, wx, wy;
 };
 
-// 1 - NCC in [0, 2]; 2 if any sample is behind the source camera or the centre falls outside of its picture.
-// Samples outside are taken from the border. epsilon is added to both variances and to the covariance, so
-// that flat matches flat.
-float NccCostScalar(const Window&, const Patch&, const Warp&, const PackedImage&, float epsilon);
+// What patches with little contrast cost. Variances are of grey in [0, 1].
+struct Contrast {
+  float epsilon = 0;  // added to both variances and to the covariance, so that flat matches flat
+  float min_reference = 0, min_source = 0;  // a patch of less variance costs 2
+};
+
+// 1 - NCC of patches with these variances and covariance.
+inline float NccCostOf(float reference, float source, float covariance, const Contrast& contrast) {
+  if (reference < contrast.min_reference || source < contrast.min_source) return 2;
+  const float product = (reference + contrast.epsilon) * (source + contrast.epsilon);
+  if (!(product > 0)) return 2;
+  const float cost = 1 - (covariance + contrast.epsilon) / std::sqrt(product);
+  return std::clamp(cost, 0.0f, 2.0f);
+}
+
+// 1 - NCC in [0, 2]; 2 if any sample is behind the source camera, if the centre falls outside of its picture,
+// or if nothing varies and epsilon is 0. Samples outside are taken from the border.
+float NccCostScalar(const Window&, const Patch&, const Warp&, const PackedImage&, const Contrast&);
 
 // The same by vectors of the widest kind that this processor has (Highway, run-time dispatch); equal to the
 // scalar one but for the order of the sums.
-float NccCostSimd(const Window&, const Patch&, const Warp&, const PackedImage&, float epsilon);
+float NccCostSimd(const Window&, const Patch&, const Warp&, const PackedImage&, const Contrast&);
 
 }  // namespace polarscan

@@ -36,7 +36,7 @@ F Interpolate(W words, F fraction) {
 }
 
 float NccCost(const Window& window, const Patch& patch, const Warp& h, const PackedImage& source,
-              float epsilon) {
+              const Contrast& contrast) {
   const float cu = h.u0 / h.w0, cv = h.v0 / h.w0;
   if (!(h.w0 > 0 && cu >= 0 && cv >= 0 && cu <= float(source.width) && cv <= float(source.height))) return 2;
   const Floats d;
@@ -72,8 +72,7 @@ float NccCost(const Window& window, const Patch& patch, const Warp& h, const Pac
   const float s = hn::GetLane(hn::SumOfLanes(d, sum_s));
   const float variance = std::max(0.0f, hn::GetLane(hn::SumOfLanes(d, sum_ss)) - s * s);
   const float covariance = hn::GetLane(hn::SumOfLanes(d, sum_rs)) - patch.mean * s;
-  const float ncc = (covariance + epsilon) / std::sqrt((patch.variance + epsilon) * (variance + epsilon));
-  return std::clamp(1 - ncc, 0.0f, 2.0f);
+  return NccCostOf(patch.variance, variance, covariance, contrast);
 }
 
 }  // namespace polarscan::HWY_NAMESPACE
@@ -85,8 +84,8 @@ namespace polarscan {
 HWY_EXPORT(NccCost);
 
 float NccCostSimd(const Window& window, const Patch& patch, const Warp& warp, const PackedImage& source,
-                  float epsilon) {
-  return HWY_DYNAMIC_DISPATCH(NccCost)(window, patch, warp, source, epsilon);
+                  const Contrast& contrast) {
+  return HWY_DYNAMIC_DISPATCH(NccCost)(window, patch, warp, source, contrast);
 }
 
 }  // namespace polarscan

@@ -4,12 +4,24 @@
 #include "stereo/costs/hull.h"
 
 namespace polarscan {
+namespace {
+
+constexpr PolarSample kCertain{.weight = 1};
+
+// Whether the source sees it inside of its picture and of its mask, if it has one.
+bool OnObject(const Source& source, const Seen& seen) {
+  return seen.inside() && (source.view->mask.empty() || source.view->mask(seen.u, seen.v));
+}
+
+}  // namespace
 
 PixelCost::PixelCost(const Problem& problem, const StereoOptions& options)
     : problem_(problem),
       options_(options),
       window_(MakeWindow(options.window_radius, options.window_step, options.window_corners)),
       reader_(window_, options.sigma_color),
+      contrast_{float(options.ncc_epsilon), float(options.reference_min_variance),
+                float(options.source_min_variance)},
       residual_(options),
       sources_(problem.sources.size()),
       geometric_(!problem.sources.empty() && problem.sources[0].map != nullptr),
@@ -28,7 +40,7 @@ float PixelCost::Match(const PixelContext& pixel, const Hypothesis& hypothesis, 
   const Source& s = problem_.sources[source];
   const Warp warp =
       PlaneWarp(problem_.reference->camera, s, pixel.ray, pixel.turned_rays[source], hypothesis);
-  return NccCostSimd(window_, pixel.patch, warp, s.view->packed, float(options_.ncc_epsilon));
+  return NccCostSimd(window_, pixel.patch, warp, s.view->packed, contrast_);
 }
 
 Eigen::Vector3f PixelCost::ClosedFormNormal(const PixelContext& pixel, const Hypothesis& start,
@@ -53,8 +65,12 @@ float PixelCost::PolarizationTerm(const PixelContext& pixel, const Hypothesis& h
   cost.Add(own, residual_(own, hypothesis.normal, pixel.ray.x(), pixel.ray.y()), 1);
   for (const PixelContext::Chosen& chosen : pixel.Sources()) {
     const Seen& there = seen[chosen.source];
-    if (!there.inside()) continue;
     const Source& source = problem_.sources[chosen.source];
+    if (options_.count_unseen && !OnObject(source, there)) {
+      cost.Add(kCertain, 1, chosen.count);
+      continue;
+    }
+    if (!there.inside()) continue;
     const PolarSample& sample = source.view->polar(there.u, there.v);
     const Eigen::Vector3f normal = source.rotation * hypothesis.normal;
     cost.Add(sample, residual_(sample, normal, there.x, there.y), chosen.count);

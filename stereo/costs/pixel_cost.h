@@ -65,6 +65,7 @@ class PixelCost {
   const StereoOptions& options_;
   const Window window_;
   const PatchReader reader_;
+  const Contrast contrast_;
   const PolarizationResidual residual_;
   const std::size_t sources_;
   const bool geometric_, polarized_, depth_normal_, silhouettes_, normalised_polarization_;

@@ -148,9 +148,13 @@ class LineSweeper {
     const Hypothesis perturbed{
         current.depth * random.Uniform(1 - change, 1 + change),
         PerturbedNormal(current.normal, pixel.ray, sweep_.perturbation * kPi / 2, random)};
-    consider({drawn.depth, current.normal});
-    consider({current.depth, drawn.normal});
-    consider(drawn);
+    if (options_.random_hypotheses) {
+      consider({drawn.depth, current.normal});
+      consider({current.depth, drawn.normal});
+      consider(drawn);
+    } else {
+      consider(perturbed);
+    }
     consider({perturbed.depth, current.normal});
     consider({current.depth, perturbed.normal});
     if (!options_.closed_form_normals || !cost_.polarized()) return;

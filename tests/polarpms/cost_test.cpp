@@ -8,7 +8,9 @@
 
 #include "core/random.h"
 #include "stereo/costs/hypotheses.h"
+#include "stereo/costs/pixel_cost.h"
 #include "stereo/search/visibility.h"
+#include "tests/polarpms/sphere_problem.h"
 
 namespace polarscan {
 namespace {
@@ -55,6 +57,8 @@ TEST(PolarizationResidual, ExponentialFormHasThePublishedShape) {
     EXPECT_NEAR(residual(Sample(i * kPi / 16), n, 0, 0), expected[i], 6e-3) << i;
     EXPECT_NEAR(residual(Sample(i * kPi / 16 + kPi / 2), n, 0, 0), expected[i], 6e-3) << i;
   }
+  options.residual_power = 2;
+  EXPECT_NEAR(PolarizationResidual(options)(Sample(kPi / 8), n, 0, 0), expected[2] * expected[2], 6e-3);
 }
 
 TEST(PolarimetricCost, PublishedFormIgnoresViewsWithoutPolarizationAndNoiseFormFades) {
@@ -68,6 +72,32 @@ TEST(PolarimetricCost, PublishedFormIgnoresViewsWithoutPolarizationAndNoiseFormF
   EXPECT_FLOAT_EQ(published.Value(), 0.8f);
   EXPECT_FLOAT_EQ(fading.Value(), 0.2f);
   EXPECT_EQ(PolarimetricCost(true).Value(), 0);  // no evidence at all: the term vanishes
+}
+
+TEST(PixelCost, ASourceThatDoesNotSeeThePointCountsOnlyIfAskedTo) {
+  SphereProblem sphere({0.3});
+  StereoOptions options = StereoPreset("paper");
+  options.depth_normal = false;
+  const int x = 30, y = 24;
+  const Hypothesis truth{sphere.own.map->depth(x, y), sphere.own.map->normal(x, y).normalized()};
+  sphere.problem.sources[0].map = nullptr;  // no geometric term
+  const auto polarization = [&](double depth, bool count_unseen) {
+    options.count_unseen = count_unseen;
+    const PixelCost cost(sphere.problem, options);
+    PixelContext pixel;
+    cost.Place(x, y, pixel);
+    pixel.chosen[0] = {0, 1, 1};
+    pixel.chosen_count = 1;
+    const float matches = 0;  // known: no photometric cost
+    return cost.Total(pixel, {float(depth), truth.normal}, &matches, 1e30f) /
+           float(options.polarization_weight);
+  };
+  for (bool count_unseen : {false, true}) EXPECT_LT(polarization(truth.depth, count_unseen), 0.01f);
+  // There the source sees background; beyond, the point is outside of its picture. The reference's own AoP fits.
+  for (double depth : {5.2, 40.0}) {
+    EXPECT_NEAR(polarization(depth, false), 0, 1e-3);
+    EXPECT_NEAR(polarization(depth, true), 0.5, 1e-3);
+  }
 }
 
 TEST(NormalFromAop, RecoversTheNormalFromExactAnglesOfSeveralViews) {

@@ -36,22 +36,22 @@ Warp Shift(int x, int y, float shift) {
 TEST(Ncc, IsZeroForTheRightWarpAndNotForAWrongOne) {
   const Window window = MakeWindow(5, 2);
   const PackedImage source = Pack(Render(80, 60, 3.25));
-  const Patch patch = ReadPatch(window, Render(80, 60, 0), 40, 30);
-  EXPECT_LT(NccCostScalar(window, patch, Shift(40, 30, -3.25f), source, 0), 2e-3f);
-  EXPECT_GT(NccCostScalar(window, patch, Shift(40, 30, 4), source, 0), 0.3f);
+  const Patch patch = ReadPatch(window, Render(80, 60, {0}), 40, 30);
+  EXPECT_LT(NccCostScalar(window, patch, Shift(40, 30, -3.25f), source, {0}), 2e-3f);
+  EXPECT_GT(NccCostScalar(window, patch, Shift(40, 30, 4), source, {0}), 0.3f);
 }
 
 TEST(Ncc, DoesNotSeeTheSourcesGain) {
   const Window window = MakeWindow(5, 2);
-  const Patch patch = ReadPatch(window, Render(80, 60, 0), 40, 30);
-  const float same = NccCostScalar(window, patch, Shift(40, 30, 1), Pack(Render(80, 60, 0)), 0);
-  const float darker = NccCostScalar(window, patch, Shift(40, 30, 1), Pack(Render(80, 60, 0, 0.5)), 0);
+  const Patch patch = ReadPatch(window, Render(80, 60, {0}), 40, 30);
+  const float same = NccCostScalar(window, patch, Shift(40, 30, 1), Pack(Render(80, 60, {0})), {0});
+  const float darker = NccCostScalar(window, patch, Shift(40, 30, 1), Pack(Render(80, 60, 0, 0.5)), {0});
   EXPECT_NEAR(same, darker, 1e-3f);
 }
 
 TEST(Ncc, EqualsItsDefinitionInDoublePrecision) {
   const Window window = MakeWindow(4, 1);
-  const Image<float> reference = Render(80, 60, 0), other = Render(80, 60, 7.5);
+  const Image<float> reference = Render(80, 60, {0}), other = Render(80, 60, 7.5);
   const Patch patch = ReadPatch(window, reference, 40, 30);
   double sum = 0, r1 = 0, s1 = 0, rr = 0, ss = 0, rs = 0;
   for (int dy = -4; dy <= 4; ++dy)
@@ -62,29 +62,55 @@ TEST(Ncc, EqualsItsDefinitionInDoublePrecision) {
     }
   r1 /= sum, s1 /= sum;
   const double ncc = (rs / sum - r1 * s1) / std::sqrt((rr / sum - r1 * r1) * (ss / sum - s1 * s1));
-  EXPECT_NEAR(NccCostScalar(window, patch, Shift(40, 30, 2), Pack(other), 0), 1 - ncc, 2e-3);
+  EXPECT_NEAR(NccCostScalar(window, patch, Shift(40, 30, 2), Pack(other), {0}), 1 - ncc, 2e-3);
 }
 
 TEST(Ncc, MatchesFlatWithFlatByItsEpsilon) {
   const Window window = MakeWindow(5, 2);
   const Patch patch = ReadPatch(window, Image<float>(40, 40, 0.4f), 20, 20);
-  EXPECT_LT(NccCostScalar(window, patch, Shift(20, 20, 1), Pack(Image<float>(40, 40, 0.7f)), 1e-5f), 0.01f);
+  EXPECT_LT(NccCostScalar(window, patch, Shift(20, 20, 1), Pack(Image<float>(40, 40, 0.7f)), {1e-5f}), 0.01f);
+}
+
+TEST(Ncc, WithoutEpsilonFlatPatchesCostTwoAndAreNoNumbers) {
+  const Window window = MakeWindow(5, 2);
+  const Image<float> flat(40, 40, 0.4f), textured = Render(40, 40, 0);
+  for (const auto& cost : {NccCostScalar, NccCostSimd}) {
+    EXPECT_EQ(cost(window, ReadPatch(window, flat, 20, 20), Shift(20, 20, 1), Pack(flat), {}), 2);
+    EXPECT_EQ(cost(window, ReadPatch(window, textured, 20, 20), Shift(20, 20, 1), Pack(flat), {}), 2);
+    EXPECT_EQ(cost(window, ReadPatch(window, flat, 20, 20), Shift(20, 20, 1), Pack(textured), {}), 2);
+  }
+}
+
+TEST(Ncc, PatchesBelowTheLeastVarianceCostTwoAsInColmap) {
+  const Window window = MakeWindow(5, 2);
+  const Image<float> textured = Render(40, 40, 0);
+  const Patch patch = ReadPatch(window, textured, 20, 20);
+  const float least = 1.01f * patch.variance;  // that of the source under no shift is the same
+  for (const auto& cost : {NccCostScalar, NccCostSimd}) {
+    const auto match = [&](const Contrast& contrast) {
+      return cost(window, patch, Shift(20, 20, 0), Pack(textured), contrast);
+    };
+    EXPECT_LT(match({}), 1e-3f);
+    EXPECT_EQ(match({0, least, 0}), 2);
+    EXPECT_EQ(match({0, 0, least}), 2);
+    EXPECT_LT(match({0, 0.9f * patch.variance, 0.9f * patch.variance}), 1e-3f);
+  }
 }
 
 TEST(Ncc, IsWorstBehindTheSourceAndOutsideOfItsPicture) {
   const Window window = MakeWindow(5, 2);
-  const Image<float> gray = Render(80, 60, 0);
+  const Image<float> gray = Render(80, 60, {0});
   const Patch patch = ReadPatch(window, gray, 40, 30);
-  Warp behind = Shift(40, 30, 0);
+  Warp behind = Shift(40, 30, {0});
   behind.w0 = 0.1f, behind.wx = 0.05f;
-  EXPECT_EQ(NccCostScalar(window, patch, behind, Pack(gray), 1e-5f), 2);
-  EXPECT_EQ(NccCostSimd(window, patch, behind, Pack(gray), 1e-5f), 2);
-  EXPECT_EQ(NccCostScalar(window, patch, Shift(40, 30, 60), Pack(gray), 1e-5f), 2);
-  EXPECT_EQ(NccCostSimd(window, patch, Shift(40, 30, 60), Pack(gray), 1e-5f), 2);
+  EXPECT_EQ(NccCostScalar(window, patch, behind, Pack(gray), {1e-5f}), 2);
+  EXPECT_EQ(NccCostSimd(window, patch, behind, Pack(gray), {1e-5f}), 2);
+  EXPECT_EQ(NccCostScalar(window, patch, Shift(40, 30, 60), Pack(gray), {1e-5f}), 2);
+  EXPECT_EQ(NccCostSimd(window, patch, Shift(40, 30, 60), Pack(gray), {1e-5f}), 2);
 }
 
 TEST(Ncc, VectorsAgreeWithTheScalarReferenceOnRandomWarps) {
-  const Image<float> gray = Render(80, 60, 0);
+  const Image<float> gray = Render(80, 60, {0});
   const PackedImage source = Pack(Render(80, 60, 1.7));
   for (const auto& [radius, step] : {std::pair{5, 2}, {4, 2}, {5, 1}, {10, 1}, {1, 1}}) {
     const Window window = MakeWindow(radius, step);
@@ -95,8 +121,8 @@ TEST(Ncc, VectorsAgreeWithTheScalarReferenceOnRandomWarps) {
       const auto r = [&](float s) { return random.Uniform(-s, s); };
       const Warp warp{float(x) + r(20), 1 + r(.5f), r(.5f),  float(y) + r(20), r(.5f),
                       1 + r(.5f),       1 + r(.2f), r(.02f), r(.02f)};
-      EXPECT_NEAR(NccCostScalar(window, patch, warp, source, 1e-5f),
-                  NccCostSimd(window, patch, warp, source, 1e-5f), 1e-3f);
+      EXPECT_NEAR(NccCostScalar(window, patch, warp, source, {1e-5f}),
+                  NccCostSimd(window, patch, warp, source, {1e-5f}), 1e-3f);
     }
   }
 }
