@@ -137,6 +137,8 @@ OptionTable Table(StereoOptions& o) {
        "from the one before, as in COLMAP"},
       {"random-hypotheses", &o.random_hypotheses,
        "sequential: random depths and normals beside the perturbed ones, eq. (1); off: as in COLMAP"},
+      {"continuous-iterations", &o.continuous_iterations,
+       "sequential: steps of a continuous refinement of depth and normal at the end; 0: none", "", 0, 100},
       {"sources", &o.sources, "source views a reference view may use: more is slower and more complete", "",
        1, 32},
       {"samples", &o.samples, "sequential: source views drawn for each pixel: more is slower and steadier",

@@ -30,6 +30,7 @@ struct StereoOptions {
   bool warm_geometric_pass = true;
   bool paired_sweeps = true;
   bool random_hypotheses = true;
+  int continuous_iterations = 0;
   int sources = 12;
   int samples = 15;
   int window_radius = 5;

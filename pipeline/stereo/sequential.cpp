@@ -8,6 +8,7 @@
 #include "pipeline/stereo/stage_inputs.h"
 #include "stereo/costs/hull.h"
 #include "stereo/dense/load_view.h"
+#include "stereo/search/continuous.h"
 #include "stereo/search/filter.h"
 #include "stereo/search/sweep.h"
 
@@ -54,6 +55,8 @@ class SequentialPasses {
       RunSweep(problem, options, hull, sweep, state, steps_.progress());
     }
     const bool last = pass.geometric || options.geometric_iterations == 0;
+    if (last && options.continuous_iterations > 0)
+      RefineContinuously(problem, options, state.selection, state.map, steps_.progress());
     if (last && options.filter) FilterEstimates(problem, options, state.selection, state.map);
     return std::move(state.map);
   }

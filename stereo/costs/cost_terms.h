@@ -53,6 +53,8 @@ class PolarimetricCost {
     weights_ += normalised_ ? count * sample.weight : count;
   }
   float Value() const { return weights_ > 0 ? cost_ / weights_ : 0; }
+  // What the weighted residuals are multiplied by.
+  float Scale() const { return weights_ > 0 ? 1 / weights_ : 0; }
 
  private:
   bool normalised_;

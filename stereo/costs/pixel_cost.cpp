@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereo/costs/pixel_cost.h"
 
+#include <algorithm>
+
 #include "stereo/costs/hull.h"
 
 namespace polarscan {
@@ -58,23 +60,31 @@ Eigen::Vector3f PixelCost::ClosedFormNormal(const PixelContext& pixel, const Hyp
   return NormalFromAop({constraints.data(), count}, labels, start.normal, pixel.ray);
 }
 
-float PixelCost::PolarizationTerm(const PixelContext& pixel, const Hypothesis& hypothesis,
-                                  const SeenBy& seen) const {  // F_pol, eq. (7)
-  PolarimetricCost cost(normalised_polarization_);
+template <class Add>
+void PixelCost::ForEachAop(const PixelContext& pixel, const Hypothesis& hypothesis, const SeenBy& seen,
+                           Add&& add) const {
   const PolarSample& own = problem_.reference->polar(pixel.x, pixel.y);
-  cost.Add(own, residual_(own, hypothesis.normal, pixel.ray.x(), pixel.ray.y()), 1);
+  add(own, residual_(own, hypothesis.normal, pixel.ray.x(), pixel.ray.y()), 1);
   for (const PixelContext::Chosen& chosen : pixel.Sources()) {
     const Seen& there = seen[chosen.source];
     const Source& source = problem_.sources[chosen.source];
     if (options_.count_unseen && !OnObject(source, there)) {
-      cost.Add(kCertain, 1, chosen.count);
+      add(kCertain, 1, chosen.count);
       continue;
     }
     if (!there.inside()) continue;
     const PolarSample& sample = source.view->polar(there.u, there.v);
     const Eigen::Vector3f normal = source.rotation * hypothesis.normal;
-    cost.Add(sample, residual_(sample, normal, there.x, there.y), chosen.count);
+    add(sample, residual_(sample, normal, there.x, there.y), chosen.count);
   }
+}
+
+float PixelCost::PolarizationTerm(const PixelContext& pixel, const Hypothesis& hypothesis,
+                                  const SeenBy& seen) const {  // F_pol, eq. (7)
+  PolarimetricCost cost(normalised_polarization_);
+  ForEachAop(pixel, hypothesis, seen, [&](const PolarSample& sample, float residual, float count) {
+    cost.Add(sample, residual, count);
+  });
   return cost.Value();
 }
 
@@ -90,31 +100,57 @@ bool PixelCost::OutsideHull(const SeenBy& seen) const {
   return false;
 }
 
+float PixelCost::GeometricTerm(const PixelContext& pixel, std::size_t source, const SeenBy& seen) const {
+  return float(options_.geometric_weight) * 0.5f *
+         GeometricError(problem_.reference->camera, problem_.sources[source], seen[source], pixel.ray,
+                        float(options_.geometric_max_px));
+}
+
+void PixelCost::LookAtSources(const PixelContext& pixel, float depth, SeenBy& seen) const {
+  if (silhouettes_)
+    for (std::size_t s = 0; s < sources_; ++s) seen[s] = Look(pixel, s, depth);
+  else if (polarized_ || geometric_)
+    for (const PixelContext::Chosen& d : pixel.Sources()) seen[d.source] = Look(pixel, d.source, depth);
+}
+
 float PixelCost::Total(const PixelContext& pixel, const Hypothesis& hypothesis, const float* known,
                        float bound) const {
   float cost = 0;
   if (depth_normal_) cost += float(options_.depth_normal_weight) * DepthNormalTerm(pixel, hypothesis);
   if (cost >= bound) return cost;
   SeenBy seen;
-  if (silhouettes_)
-    for (std::size_t s = 0; s < sources_; ++s) seen[s] = Look(pixel, s, hypothesis.depth);
-  else if (polarized_ || geometric_)
-    for (const PixelContext::Chosen& d : pixel.Sources())
-      seen[d.source] = Look(pixel, d.source, hypothesis.depth);
+  LookAtSources(pixel, hypothesis.depth, seen);
   if (silhouettes_ && OutsideHull(seen)) cost += 1;
   if (polarized_) cost += float(options_.polarization_weight) * PolarizationTerm(pixel, hypothesis, seen);
   if (geometric_)
     for (const PixelContext::Chosen& d : pixel.Sources())
-      cost += d.share * float(options_.geometric_weight) * 0.5f *
-              GeometricError(problem_.reference->camera, problem_.sources[d.source], seen[d.source],
-                             pixel.ray, float(options_.geometric_max_px));
-  const float photometric_weight =
-      geometric_ ? 1 + float(options_.geometric_weight) : 1;  // F_pho + tau_geo F_geo
+      cost += d.share * GeometricTerm(pixel, d.source, seen);
+  const float photometric_weight = PhotometricWeight();
   for (const PixelContext::Chosen& d : pixel.Sources()) {
     if (cost >= bound) break;
     cost += d.share * photometric_weight * (known ? known[d.source] : Match(pixel, hypothesis, d.source));
   }
   return cost;
+}
+
+std::size_t PixelCost::TermCount(const PixelContext& pixel) const {
+  return std::size_t(depth_normal_) + std::size_t(silhouettes_) + (polarized_ ? 1 + pixel.chosen_count : 0) +
+         (geometric_ ? 2 : 1) * pixel.chosen_count;
+}
+
+std::size_t PixelCost::Terms(const PixelContext& pixel, const Hypothesis& hypothesis, float* terms) const {
+  float* const first = terms;
+  SeenBy seen;
+  LookAtSources(pixel, hypothesis.depth, seen);
+  if (depth_normal_)
+    *terms++ = float(options_.depth_normal_weight) * std::max(0.0f, DepthNormalTerm(pixel, hypothesis));
+  if (silhouettes_) *terms++ = OutsideHull(seen) ? 1 : 0;
+  if (polarized_) *terms++ = float(options_.polarization_weight) * PolarizationTerm(pixel, hypothesis, seen);
+  for (const PixelContext::Chosen& d : pixel.Sources()) {
+    if (geometric_) *terms++ = d.share * GeometricTerm(pixel, d.source, seen);
+    *terms++ = d.share * PhotometricWeight() * Match(pixel, hypothesis, d.source);
+  }
+  return std::size_t(terms - first);
 }
 
 }  // namespace polarscan

@@ -10,6 +10,7 @@
 namespace polarscan {
 
 constexpr int kMaxSources = 32;
+constexpr std::size_t kMaxTerms = 3 * kMaxSources + 3;  // of PixelCost::Terms
 
 // What the pixel being updated knows before any hypothesis is judged.
 struct PixelContext {
@@ -42,6 +43,9 @@ class PixelCost {
   // `known`: the matching costs of this hypothesis by source, if they are known. Gives up, with any value >=
   // bound, once the cost cannot stay below it: every term is non-negative.
   float Total(const PixelContext& pixel, const Hypothesis& hypothesis, const float* known, float bound) const;
+  // The addends of Total, each 0 or more, a fixed number of them for a pixel.
+  std::size_t TermCount(const PixelContext& pixel) const;
+  std::size_t Terms(const PixelContext& pixel, const Hypothesis& hypothesis, float* terms) const;
   // The normal that the AoP of the reference and of the chosen sources asks for at a depth; the start's if
   // they do not say.
   Eigen::Vector3f ClosedFormNormal(const PixelContext& pixel, const Hypothesis& start,
@@ -57,8 +61,16 @@ class PixelCost {
     const Source& s = problem_.sources[source];
     return LookAt(s, depth * pixel.turned_rays[source] + s.translation);
   }
+  // add(sample, residual, count) for the reference view and each chosen source.
+  template <class Add>
+  void ForEachAop(const PixelContext& pixel, const Hypothesis& hypothesis, const SeenBy& seen,
+                  Add&& add) const;
   float PolarizationTerm(const PixelContext& pixel, const Hypothesis& hypothesis, const SeenBy& seen) const;
   float DepthNormalTerm(const PixelContext& pixel, const Hypothesis& hypothesis) const;
+  float GeometricTerm(const PixelContext& pixel, std::size_t source, const SeenBy& seen) const;
+  // F_pho + tau_geo F_geo: F_geo contains F_pho again.
+  float PhotometricWeight() const { return geometric_ ? 1 + float(options_.geometric_weight) : 1; }
+  void LookAtSources(const PixelContext& pixel, float depth, SeenBy& seen) const;
   bool OutsideHull(const SeenBy& seen) const;
 
   const Problem& problem_;

@@ -69,6 +69,7 @@ TEST(EachOption, OfStereoChangesMaps) {
       {"geometric-iterations", 2, {{"preset", "paper"}, {"geometric-iterations", 1}}},
       {"warm-geometric-pass", true, paper},
       {"paired-sweeps", false, paper},
+      {"continuous-iterations", 5, paper},
       {"random-hypotheses", false, paper},
       {"sources", 2},
       {"samples", 3, paper},

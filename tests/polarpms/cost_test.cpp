@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "core/random.h"
 #include "stereo/costs/hypotheses.h"
@@ -97,6 +99,44 @@ TEST(PixelCost, ASourceThatDoesNotSeeThePointCountsOnlyIfAskedTo) {
   for (double depth : {5.2, 40.0}) {
     EXPECT_NEAR(polarization(depth, false), 0, 1e-3);
     EXPECT_NEAR(polarization(depth, true), 0.5, 1e-3);
+  }
+}
+
+// A hypothesis near the truth on a sphere without texture, with all terms on.
+struct NearTruth {
+  explicit NearTruth(const std::string& preset) : options(StereoPreset(preset)) {
+    options.depth_normal_weight = 0.4;
+    for (Source& source : sphere.problem.sources)
+      source.map = MakeSphereView(0.3).map;  // any: for the geometric term
+  }
+  void Prepare(const PixelCost& cost, PixelContext& pixel) const {
+    cost.Place(30, 24, pixel);
+    for (std::size_t s = 0; s < 2; ++s) pixel.chosen[s] = {s, s ? 0.25f : 0.75f, s ? 5.f : 15.f};
+    pixel.chosen_count = 2;
+    const auto at = [&](int x, int y) {
+      return Neighbour{{sphere.own.map->depth(x, y), sphere.own.map->normal(x, y)}, sphere.problem.Ray(x, y)};
+    };
+    pixel.neighbours = {at(29, 24), at(31, 24), at(30, 23), at(30, 25)};
+  }
+  SphereProblem sphere{{0.3, -0.4}};
+  StereoOptions options;
+};
+
+TEST(PixelCost, TermsAddUpToTheWhole) {
+  for (const char* preset : {"paper", "default"}) {
+    const NearTruth near(preset);
+    const PixelCost cost(near.sphere.problem, near.options);
+    PixelContext pixel;
+    near.Prepare(cost, pixel);
+    for (double depth : {3.0, 3.05, 5.2, 40.0}) {  // on it, beside it, on a source's background, out of it
+      const Hypothesis hypothesis{float(depth), Vector3f(0.2f, -0.1f, -1).normalized()};
+      std::array<float, kMaxTerms> terms;
+      const std::size_t count = cost.Terms(pixel, hypothesis, terms.data());
+      EXPECT_EQ(count, cost.TermCount(pixel));
+      const float whole = cost.Total(pixel, hypothesis, nullptr, 1e30f);
+      EXPECT_NEAR(std::accumulate(terms.begin(), terms.begin() + std::ptrdiff_t(count), 0.0f), whole,
+                  1e-5f * whole);
+    }
   }
 }
 
