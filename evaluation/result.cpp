@@ -20,7 +20,7 @@ json OrNull(const std::optional<T>& value, Write&& write) {
   return value ? json(write(*value)) : json();
 }
 
-json Number(const std::optional<double>& value) {
+json NumberOrNull(const std::optional<double>& value) {
   return OrNull(value, [](double number) { return number; });
 }
 
@@ -36,8 +36,8 @@ json ByThreshold(const std::map<double, T>& values, Write&& write) {
 }
 
 json ToJson(const ErrorFigures& figures) {
-  return {{"mean", Number(figures.mean)},
-          {"median", Number(figures.median)},
+  return {{"mean", NumberOrNull(figures.mean)},
+          {"median", NumberOrNull(figures.median)},
           {"within", ByThreshold(figures.within, [](double share) { return share; })}};
 }
 
@@ -135,7 +135,7 @@ MapErrors ReadMapErrors(const json& object) {
 
 Curve ReadCurve(const json& object) { return {object.at("end"), object.at("shares")}; }
 
-MapsEvaluation ReadMaps(const json& object) {
+MapsEvaluation ReadMapsEvaluation(const json& object) {
   MapsEvaluation maps{object.at("kind"),
                       object.at("views"),
                       object.at("views_without_maps"),
@@ -159,7 +159,7 @@ CloudShares ReadShares(const json& object) {
   return {object.at("precision"), object.at("recall"), object.at("F")};
 }
 
-CloudEvaluation ReadCloud(const json& object) {
+CloudEvaluation ReadCloudEvaluation(const json& object) {
   return {object.at("points"),
           object.at("points_of_surroundings"),
           object.at("points_cropped"),
@@ -201,8 +201,8 @@ Evaluation ReadEvaluation(const std::filesystem::path& file) {
             object.at("truth"),
             Optional(object, "alignment", ReadAlignmentErrors),
             Optional(object, "pictures", ReadLimits),
-            Optional(object, "maps", ReadMaps),
-            Optional(object, "cloud", ReadCloud),
+            Optional(object, "maps", ReadMapsEvaluation),
+            Optional(object, "cloud", ReadCloudEvaluation),
             Optional(object, "maps_result", ReadText),
             object.value("cloud_hash", "")};
   } catch (const std::exception&) {

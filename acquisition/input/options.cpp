@@ -221,8 +221,9 @@ InputOptions WithSensorJson(InputOptions options, const json& sensor, const std:
 }
 
 std::vector<std::string> MisspelledKeys(const std::filesystem::path& folder) {
-  static const std::vector<std::string> kTop = {"input_kind", "gamma",  "aop_sense", "aop_scale",
-                                                "angles",     "sensor", "camera",    "settings"},
+  // scale: what tools/render_polar.py notes.
+  static const std::vector<std::string> kTop = {"input_kind", "gamma",  "aop_sense", "aop_scale", "angles",
+                                                "sensor",     "camera", "settings",  "scale"},
                                         kSensor = {"layout", "bits",        "black_dn", "white_dn",
                                                    "max_dn", "full_well_e", "dn_per_e", "read_noise_e",
                                                    "gamma",  "calibration"};

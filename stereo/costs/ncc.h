@@ -67,10 +67,11 @@ struct Contrast {
 
 // 1 - NCC of patches with these variances and covariance.
 inline float NccCostOf(float reference, float source, float covariance, const Contrast& contrast) {
+  constexpr float kRounding = 1e-7f;  // of the sums: less is no contrast
   if (reference < contrast.min_reference || source < contrast.min_source) return 2;
-  const float product = (reference + contrast.epsilon) * (source + contrast.epsilon);
-  if (!(product > 0)) return 2;
-  const float cost = 1 - (covariance + contrast.epsilon) / std::sqrt(product);
+  const float r = reference + contrast.epsilon, s = source + contrast.epsilon;
+  if (r < kRounding || s < kRounding) return 2;
+  const float cost = 1 - (covariance + contrast.epsilon) / std::sqrt(r * s);
   return std::clamp(cost, 0.0f, 2.0f);
 }
 

@@ -145,7 +145,17 @@ std::size_t PixelCost::Terms(const PixelContext& pixel, const Hypothesis& hypoth
   if (depth_normal_)
     *terms++ = float(options_.depth_normal_weight) * std::max(0.0f, DepthNormalTerm(pixel, hypothesis));
   if (silhouettes_) *terms++ = OutsideHull(seen) ? 1 : 0;
-  if (polarized_) *terms++ = float(options_.polarization_weight) * PolarizationTerm(pixel, hypothesis, seen);
+  if (polarized_) {
+    PolarimetricCost sum(normalised_polarization_);
+    float* const views = terms;
+    ForEachAop(pixel, hypothesis, seen, [&](const PolarSample& sample, float residual, float count) {
+      sum.Add(sample, residual, count);
+      *terms++ = count * sample.weight * residual;
+    });
+    const float scale = float(options_.polarization_weight) * sum.Scale();
+    for (float* view = views; view < terms; ++view) *view *= scale;
+    terms = std::fill_n(terms, views + 1 + pixel.chosen_count - terms, 0.0f);  // sources that do not see it
+  }
   for (const PixelContext::Chosen& d : pixel.Sources()) {
     if (geometric_) *terms++ = d.share * GeometricTerm(pixel, d.source, seen);
     *terms++ = d.share * PhotometricWeight() * Match(pixel, hypothesis, d.source);

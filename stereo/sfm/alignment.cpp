@@ -66,7 +66,8 @@ Alignment AlignCameras(const std::vector<NamedPose>& estimated, const std::vecto
     to.push_back(pair.truth.Center());
   }
   const Similarity truth_from_scan = EstimateSimilarity(from, to);
-  AlignmentErrors errors{.cameras = int(pairs.size()), .scale = truth_from_scan.scale};
+  AlignmentErrors errors;
+  errors.cameras = int(pairs.size()), errors.scale = truth_from_scan.scale;
   const double n = double(pairs.size());
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const double distance = (truth_from_scan * from[i] - to[i]).norm();

@@ -52,8 +52,16 @@ SphereFit FitSphere(const fs::path& cloud) {
 }
 
 // As the program prints it.
-json Printed(const MapsEvaluation& maps) { return ToJson(Evaluation{.maps = maps}).at("maps"); }
-json Printed(const CloudEvaluation& cloud) { return ToJson(Evaluation{.cloud = cloud}).at("cloud"); }
+json Printed(const MapsEvaluation& maps) {
+  Evaluation evaluation;
+  evaluation.maps = maps;
+  return ToJson(evaluation).at("maps");
+}
+json Printed(const CloudEvaluation& cloud) {
+  Evaluation evaluation;
+  evaluation.cloud = cloud;
+  return ToJson(evaluation).at("cloud");
+}
 
 CloudEvaluation Compare(const fs::path& cloud) {
   Progress progress;

@@ -221,7 +221,7 @@ TEST_F(ErrorsOfMaps, AreGivenPixelByPixelAndAsACurve) {
 
 TEST_F(ErrorsOfMaps, OfAViewWithoutNormalsAndOfOneWithoutTheObjectDoNotStandInTheMean) {
   WriteSphere(workspace_);
-  std::filesystem::remove(workspace_.NormalPath(0, MapKind::kGeometric));
+  std::filesystem::remove(workspace_.NormalPath(0, kFinalMaps));
   workspace_.views[1].cam_from_world.translation.x() += 100;  // the object is out of the picture
   Progress progress;
   const MapsEvaluation maps = EvaluateMaps(workspace_, {}, truth_, {}, progress);
@@ -235,10 +235,12 @@ TEST_F(ErrorsOfMaps, OfAViewWithoutNormalsAndOfOneWithoutTheObjectDoNotStandInTh
 TEST_F(ErrorsOfMaps, AndOfCloudsAreReadAsTheyWereWritten) {
   WriteSphere(workspace_);
   Progress progress;
-  Evaluation evaluation{.input = "scan", .truth = "mesh.ply", .maps_result = "digest", .cloud_hash = "hash"};
+  Evaluation evaluation;
+  evaluation.input = "scan", evaluation.truth = "mesh.ply";
+  evaluation.maps_result = "digest", evaluation.cloud_hash = "hash";
   evaluation.alignment = AlignmentErrors{3, 2.5, 0.25, 0.5, 1, "v100"};
   evaluation.pictures = ErrorLimits{0.02, 30};
-  std::filesystem::remove(workspace_.NormalPath(0, MapKind::kGeometric));
+  std::filesystem::remove(workspace_.NormalPath(0, kFinalMaps));
   evaluation.maps = EvaluateMaps(workspace_, {}, truth_, {}, progress);
   evaluation.cloud = EvaluatePoints(Grid(-1, 0, 1, 0.01, 0), truth_);
   const std::filesystem::path file = folder_.path() / "evaluation.json";

@@ -77,7 +77,7 @@ TEST(PolarimetricCost, PublishedFormIgnoresViewsWithoutPolarizationAndNoiseFormF
 }
 
 TEST(PixelCost, ASourceThatDoesNotSeeThePointCountsOnlyIfAskedTo) {
-  SphereProblem sphere({0.3});
+  SphereProblem sphere({0.9});
   StereoOptions options = StereoPreset("paper");
   options.depth_normal = false;
   const int x = 30, y = 24;
@@ -96,7 +96,7 @@ TEST(PixelCost, ASourceThatDoesNotSeeThePointCountsOnlyIfAskedTo) {
   };
   for (bool count_unseen : {false, true}) EXPECT_LT(polarization(truth.depth, count_unseen), 0.01f);
   // There the source sees background; beyond, the point is outside of its picture. The reference's own AoP fits.
-  for (double depth : {5.2, 40.0}) {
+  for (double depth : {6.0, 40.0}) {
     EXPECT_NEAR(polarization(depth, false), 0, 1e-3);
     EXPECT_NEAR(polarization(depth, true), 0.5, 1e-3);
   }
