@@ -56,6 +56,21 @@ StereoOptions AsColmap(StereoOptions options) {
   return options;
 }
 
+// Xu, Kong, Tao, Pollefeys, TPAMI 2022, with the constants of its authors' program; sigma_color is 3 of 255.
+StereoOptions AsAcmmp(StereoOptions options) {
+  options = Sequential(std::move(options));
+  options.schedule = "acmmp";
+  options.polarization = options.depth_normal = false;
+  options.photometric_iterations = options.geometric_iterations = 3;
+  options.levels = 3;
+  options.sources = 10;
+  options.sigma_color = 3 / 255.0;
+  options.geometric_weight = 0.2;
+  options.ncc_epsilon = 0;
+  options.filter_min_dop = options.filter_min_variance = 0;
+  return options;
+}
+
 }  // namespace
 
 StereoOptions StereoPreset(const std::string& name) {
@@ -78,7 +93,8 @@ StereoOptions StereoPreset(const std::string& name) {
   if (name == "paper") return Published(std::move(options));
   if (name == "paper-real") return ForRealPictures(Published(std::move(options)));
   if (name == "colmap") return AsColmap(std::move(options));
-  throw Error("no such preset", name, "Choose one of: fast, default, best, paper, paper-real, colmap");
+  if (name == "acmmp") return AsAcmmp(std::move(options));
+  throw Error("no such preset", name, "Choose one of: fast, default, best, paper, paper-real, colmap, acmmp");
 }
 
 OptionTable Table(StereoOptions& o) {
@@ -88,11 +104,11 @@ OptionTable Table(StereoOptions& o) {
        "default: PolarPMS with the cures that measurements asked for; fast, best: the same with fewer or "
        "more "
        "source views and refinements; paper, paper-real: PolarPMS as published, with its constants for "
-       "rendered and for real pictures; colmap: COLMAP's method, without polarization",
+       "rendered and for real pictures; colmap, acmmp: rivals of it, without polarization",
        "",
        0,
        0,
-       {"fast", "default", "best", "paper", "paper-real", "colmap"}},
+       {"fast", "default", "best", "paper", "paper-real", "colmap", "acmmp"}},
       {"polarization", &o.polarization, "use the polarimetric consistency, eq. (7)"},
       {"depth-normal", &o.depth_normal, "use the depth-normal consistency, eq. (10)"},
       {"masks", &o.masks, "estimate only inside the masks"},
@@ -104,11 +120,11 @@ OptionTable Table(StereoOptions& o) {
       {"schedule",
        &o.schedule,
        "sequential: four sweeps an iteration, a photometric and a geometric pass, as published; "
-       "checkerboard: coarse to fine, with rounds across views",
+       "checkerboard: coarse to fine, with rounds across views; acmmp: coarse to fine, with planar priors",
        "",
        0,
        0,
-       {"sequential", "checkerboard"}},
+       {"sequential", "checkerboard", "acmmp"}},
       {"levels", &o.levels,
        "checkerboard: most picture sizes, each twice the one before; fewer for small objects", "", 1, 6},
       {"search-levels", &o.search_levels,

@@ -7,9 +7,8 @@
 #include <cmath>
 #include <optional>
 
-#include "core/parallel.h"
+#include "pipeline/stereo/enlarge.h"
 #include "pipeline/stereo/stage_inputs.h"
-#include "stereo/costs/cost_terms.h"
 #include "stereo/dense/levels.h"
 #include "stereo/dense/load_view.h"
 #include "stereo/rounds/round.h"
@@ -67,25 +66,6 @@ std::vector<Step> PlanSteps(const StereoOptions& options, const Levels& levels) 
   return steps;
 }
 
-// A map for pictures of twice the size: each pixel lies on the plane of the one that covers it.
-DepthNormalMap Enlarged(const DepthNormalMap& half, const Pinhole& camera) {
-  const Pinhole half_camera = HalfCamera(camera);
-  DepthNormalMap map{Image<float>(camera.width, camera.height),
-                     Image<Eigen::Vector3f>(camera.width, camera.height, Eigen::Vector3f::Zero())};
-  ParallelFor(0, camera.height, [&](int y) {
-    for (int x = 0; x < camera.width; ++x) {
-      const int hx = std::min(x / 2, half_camera.width - 1), hy = std::min(y / 2, half_camera.height - 1);
-      const Hypothesis estimate{half.depth(hx, hy), half.normal(hx, hy)};
-      if (estimate.depth <= 0) continue;
-      const float depth = DepthOnPlane(estimate, half_camera.Ray(hx + 0.5, hy + 0.5).cast<float>(),
-                                       camera.Ray(x + 0.5, y + 0.5).cast<float>());
-      map.depth(x, y) = std::clamp(depth, 0.95f * estimate.depth, 1.05f * estimate.depth);
-      map.normal(x, y) = estimate.normal;
-    }
-  });
-  return map;
-}
-
 class MultilevelSchedule {
  public:
   explicit MultilevelSchedule(StepRunner& steps)
@@ -94,18 +74,7 @@ class MultilevelSchedule {
         plan_(PlanSteps(steps.options(), ChooseLevels(steps.workspace(), steps.options()))) {}
 
   void Run() {
-    DoneList& done = steps_.done();
-    std::size_t first = plan_.size();  // the step after the last one that is done for all views
-    while (first > 0 && !done.IsDone(plan_[first - 1].kind)) --first;
-    for (std::size_t i = first; i < plan_.size(); ++i) {
-      Run(plan_[i]);
-      if (i > 0) done.Remove(*plan_[i].before);
-    }
-    done.Remove(kPhotometricMaps);  // of another schedule
-    if (options().surfaces == 0) done.Remove(kSeparateMaps);
-    if (!steps_.alone()) return;
-    RemovePassingMaps(workspace());
-    done.KeepOnly(plan_.back().kind);
+    steps_.RunFromLastDone(plan_, [this](const Step& step) { Run(step); });
   }
 
  private:

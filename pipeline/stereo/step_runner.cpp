@@ -19,4 +19,12 @@ void StepRunner::Run(const std::string& title, const MapKind& kind, const Make& 
   done_.WaitForOthers(kind, progress_);
 }
 
+void StepRunner::RemoveOthers(const MapKind& last) {
+  done_.Remove(kPhotometricMaps);
+  if (last != kSeparateMaps) done_.Remove(kSeparateMaps);
+  if (!alone()) return;
+  RemovePassingMaps(workspace_);
+  done_.KeepOnly(last);
+}
+
 }  // namespace polarscan

@@ -2,6 +2,7 @@
 #pragma once
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "core/progress.h"
 #include "pipeline/stereo/done_list.h"
@@ -34,6 +35,20 @@ class StepRunner {
   // A barrier: returns when the other shards have made their views' maps, too. Throws Cancelled.
   void Run(const std::string& title, const MapKind& kind, const Make& make);
 
+  // A plan of steps, each of them in need of the maps of the step before, which are removed after it: those
+  // after the last one that is done for all views. run(step) calls Run. Maps of other schedules and, unless other
+  // shards work, all but the last step's go at the end.
+  template <class Step, class RunStep>
+  void RunFromLastDone(const std::vector<Step>& plan, RunStep&& run) {
+    std::size_t first = plan.size();
+    while (first > 0 && !done_.IsDone(plan[first - 1].kind)) --first;
+    for (std::size_t i = first; i < plan.size(); ++i) {
+      run(plan[i]);
+      if (i > 0) done_.Remove(plan[i - 1].kind);
+    }
+    RemoveOthers(plan.back().kind);
+  }
+
   const Workspace& workspace() const { return workspace_; }
   const StereoOptions& options() const { return options_; }
   Progress& progress() const { return progress_; }
@@ -41,6 +56,8 @@ class StepRunner {
   bool alone() const { return shard_.count == 1; }
 
  private:
+  void RemoveOthers(const MapKind& last);
+
   const Workspace workspace_;
   const StereoOptions options_;
   Progress& progress_;

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "core/files/files.h"
+#include "pipeline/stereo/acmmp.h"
 #include "pipeline/stereo/common_surface.h"
 #include "pipeline/stereo/multilevel.h"
 #include "pipeline/stereo/sequential.h"
@@ -78,6 +79,8 @@ void EstimateMaps(const fs::path& dense, const StereoOptions& asked, Progress& p
   if (!done && !separate) {
     if (options.schedule == "checkerboard")
       RunMultilevel(steps);
+    else if (options.schedule == "acmmp")
+      RunAcmmp(steps);
     else
       RunSequential(steps);
   }
@@ -95,14 +98,15 @@ StereoPlan PlanMaps(const fs::path& dense, const StereoOptions& asked) {
   const Workspace workspace = ChosenViews(ReadWorkspace(dense), asked.views);
   const StereoOptions options = OptionsFor(workspace, asked);
   StereoPlan plan{int(workspace.views.size()), ObjectPixels(workspace, options), {}};
-  if (options.schedule == "checkerboard")
+  if (options.schedule == "checkerboard") {
     plan.steps = MultilevelSteps(workspace, options);
-  else
+    if (options.surfaces > 0) plan.steps.push_back({"maps from the common surface", kFinalMaps});
+  } else if (options.schedule == "acmmp") {
+    plan.steps = AcmmpSteps(workspace, options);
+  } else {
     plan.steps = {{"photometric pass", kPhotometricMaps}};
-  if (options.schedule != "checkerboard" && options.geometric_iterations > 0)
-    plan.steps.push_back({"geometric pass", kFinalMaps});
-  if (options.schedule == "checkerboard" && options.surfaces > 0)
-    plan.steps.push_back({"maps from the common surface", kFinalMaps});
+    if (options.geometric_iterations > 0) plan.steps.push_back({"geometric pass", kFinalMaps});
+  }
   const DoneList done(workspace, StereoInputHash(workspace, options));
   for (StereoStep& step : plan.steps) step.done = done.Count(step.kind);
   return plan;

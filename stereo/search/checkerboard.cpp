@@ -6,6 +6,7 @@
 
 #include "core/parallel.h"
 #include "stereo/costs/pixel_cost.h"
+#include "stereo/search/zones.h"
 
 namespace polarscan {
 namespace {
@@ -13,26 +14,6 @@ namespace {
 constexpr float kHalfTurn = std::numbers::pi_v<float> / 2;
 constexpr int kCandidates = 9;  // the current estimate and one from each zone
 using Costs = std::array<std::array<float, kMaxSources>, kCandidates>;
-
-struct Offset {
-  int dx, dy;
-};
-
-// Eight zones of pixels of the other colour: per direction a V of seven pixels and a far strip of eleven.
-std::vector<std::vector<Offset>> MakeZones() {
-  std::vector<std::vector<Offset>> zones;
-  constexpr Offset kDirections[4] = {{0, -1}, {0, 1}, {-1, 0}, {1, 0}};
-  for (const auto& [dx, dy] : kDirections) {
-    std::vector<Offset> near_by, far_off;
-    for (int k = 0; k < 4; ++k)
-      for (int side = k ? -1 : 1; side <= 1; side += 2)
-        near_by.push_back({(1 + k) * dx + side * k * dy, (1 + k) * dy + side * k * dx});
-    for (int k = 0; k < 11; ++k) far_off.push_back({(3 + 2 * k) * dx, (3 + 2 * k) * dy});
-    zones.push_back(near_by);
-    zones.push_back(far_off);
-  }
-  return zones;
-}
 
 class Checkerboard {
  public:

@@ -17,6 +17,7 @@
 #include "stereo/costs/hull.h"
 #include "stereo/dense/load_view.h"
 #include "stereo/map_io.h"
+#include "stereo/search/continuous.h"
 #include "stereo/search/filter.h"
 #include "stereo/workspace.h"
 
@@ -172,16 +173,66 @@ TEST_F(Sphere, PaperPresetWithoutItsTermsIsPlainPatchMatchAndWorksOnTexture) {
   EXPECT_LT(Compare().median_depth, 0.02);
 }
 
+TEST_F(Sphere, RivalsFindDepthAndNormalsOfATexturedSphere) {
+  Write(true);
+  for (const char* preset : {"colmap", "acmmp"}) {
+    StereoOptions options = Quick(preset);
+    options.geometric_iterations = 2;
+    options.sigma_color = 0.2;  // acmmp's is for finer textures
+    EstimateMaps(folder_, options, progress_);
+    const Errors errors = Compare();
+    EXPECT_LT(errors.median_depth, 3.0 / 130) << preset;
+    EXPECT_LT(errors.median_normal_deg, 20) << preset;
+    EXPECT_EQ(errors.estimated, 1) << preset;
+  }
+}
+
+TEST_F(Sphere, ContinuousRefinementFindsTheDepthsThatMatchBest) {
+  Write(true);
+  StereoOptions options = Quick("colmap");
+  options.continuous_iterations = 20;
+  const auto view = [&](int i) {
+    return std::make_shared<StereoView>(LoadStereoView(workspace_, i, 1, options));
+  };
+  const auto reference = view(2);
+  Problem problem{reference.get(), {}, 2.5f, 5.5f, 2};
+  for (int i : {1, 3}) problem.sources.push_back(MakeSource(*reference, view(i), nullptr));
+  DepthNormalMap map{Image<float>(kWidth, kHeight), Image<Eigen::Vector3f>(kWidth, kHeight)};
+  const DenseView& dense = workspace_.views[2];
+  const auto errors = [&] {  // of depths, in the middle of the sphere
+    double sum = 0, count = 0;
+    for (int y = 30; y < 50; ++y)
+      for (int x = 38; x < 58; ++x, ++count)
+        sum += std::abs(map.depth(x, y) - *SphereDepth(dense, dense.camera.Ray(x + 0.5, y + 0.5)));
+    return sum / count;
+  };
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) {
+      const Eigen::Vector3d ray = dense.camera.Ray(x + 0.5, y + 0.5);
+      if (const auto depth = SphereDepth(dense, ray)) {
+        map.depth(x, y) = float(*depth * (1 + 0.01 * ((x + y) % 2 ? 1 : -1)));
+        map.normal(x, y) = Eigen::Vector3d(*depth * ray - Eigen::Vector3d(0, 0, kDistance)).cast<float>();
+      }
+    }
+  const double before = errors();
+  RefineContinuously(problem, options, std::vector<float>(2 * map.depth.size(), 0.5f), map, progress_);
+  EXPECT_LT(errors(), 0.3 * before);
+}
+
 TEST_F(Sphere, OneAndTwoThreadsGiveTheSameBytes) {
   Write(true);
-  std::string bytes[2];
-  for (int threads : {1, 2}) {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(threads));
-    fs::remove_all(folder_ / "stereo");
-    EstimateMaps(folder_, Quick("default"), progress_);
-    bytes[threads - 1] = AllBytes();
+  for (const char* preset : {"default", "paper", "acmmp"}) {
+    StereoOptions options = Quick(preset);
+    options.continuous_iterations = 2;
+    std::string bytes[2];
+    for (int threads : {1, 2}) {
+      const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(threads));
+      fs::remove_all(folder_ / "stereo");
+      EstimateMaps(folder_, options, progress_);
+      bytes[threads - 1] = AllBytes();
+    }
+    EXPECT_TRUE(bytes[0] == bytes[1]) << preset;
   }
-  EXPECT_TRUE(bytes[0] == bytes[1]);
 }
 
 TEST_F(Sphere, FilterKeepsMostOfATexturedSphereAndDropsPixelsWithoutAnyCue) {
@@ -274,7 +325,7 @@ TEST_F(Sphere, VisualHullOfItsSilhouettesContainsTheSurface) {
 }
 
 TEST_F(Sphere, ShardsMakeTheSameBytesAsOneProgram) {
-  for (const char* preset : {"default", "paper"}) {
+  for (const char* preset : {"default", "paper", "acmmp"}) {
     Write(true);
     EstimateMaps(folder_, Quick(preset), progress_);
     const std::string alone = AllBytes();
