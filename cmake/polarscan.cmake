@@ -44,6 +44,5 @@ function(polarscan_tests folder)
     POLARSCAN_SHARED="${PROJECT_SOURCE_DIR}/../shared"
     POLARSCAN_PROGRAM="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/polarscan")
   polarscan_warnings(${folder}_test)
-  target_compile_options(${folder}_test PRIVATE $<$<CONFIG:Release>:-O1>)  # of what they build the loops are short
   gtest_discover_tests(${folder}_test TEST_PREFIX ${folder}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600)
 endfunction()

@@ -15,7 +15,7 @@
 namespace polarscan {
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
+constexpr float kPriorAngle = std::numbers::pi_v<float> * 5 / 180;
 constexpr std::size_t kZones = 8,
                       kStartSources = 4;  // kStartSources: sources that a start's cost is the mean of
 using Sources = std::bitset<kMaxSources>;
@@ -180,11 +180,12 @@ class Acmh {
   // exp(-depth difference^2 / ...) exp(-angle^2 / ...)).
   float Score(int x, int y, const Hypothesis& hypothesis, float cost, const AcmhPass& pass) const {
     if (!pass.prior || pass.prior->depth(x, y) <= 0) return -cost;
-    constexpr float kBeta = 0.18f, kGamma = 0.5f, kAngle = kPi * 5 / 180;
+    constexpr float kBeta = 0.18f, kGamma = 0.5f;
     const float sigma = (problem_.depth_max - problem_.depth_min) / 64;
     const float depth = hypothesis.depth - pass.prior->depth(x, y);
     const float angle = std::acos(std::clamp(hypothesis.normal.dot(pass.prior->normal(x, y)), -1.0f, 1.0f));
-    const float near = std::exp(-depth * depth / (2 * sigma * sigma) - angle * angle / (2 * kAngle * kAngle));
+    const float near =
+        std::exp(-depth * depth / (2 * sigma * sigma) - angle * angle / (2 * kPriorAngle * kPriorAngle));
     return std::exp(-cost * cost / kBeta) * (kGamma + near);
   }
 
@@ -227,10 +228,11 @@ class Acmh {
     if (pass.prior && pass.prior->depth(pixel.x, pixel.y) > 0) {
       const float third = 3 * (problem_.depth_max - problem_.depth_min) / 64;
       depth = pass.prior->depth(pixel.x, pixel.y) + random.Uniform(-third, third);
-      normal = PerturbedNormal(pass.prior->normal(pixel.x, pixel.y), pixel.ray, kPi * 5 / 180, random);
+      normal = PerturbedNormal(pass.prior->normal(pixel.x, pixel.y), pixel.ray, kPriorAngle, random);
     }
     const float near_by = best.depth * random.Uniform(1 - kPerturbation, 1 + kPerturbation);
-    const Eigen::Vector3f turned = PerturbedNormal(best.normal, pixel.ray, kPerturbation * kPi, random);
+    const Eigen::Vector3f turned =
+        PerturbedNormal(best.normal, pixel.ray, kPerturbation * std::numbers::pi_v<float>, random);
     return {{{depth, best.normal},
              {best.depth, normal},
              {depth, normal},

@@ -12,13 +12,13 @@ namespace polarscan {
 namespace {
 
 constexpr int kBlock = 5;
-constexpr float kCertain = 0.1f;
+constexpr float kCertainCost = 0.1f;
 
 std::vector<cv::Point> CertainPixels(const Problem& problem, const Image<float>& cost) {
   std::vector<cv::Point> pixels;
   for (int y0 = 0; y0 < cost.height(); y0 += kBlock)
     for (int x0 = 0; x0 < cost.width(); x0 += kBlock) {
-      float least = kCertain;
+      float least = kCertainCost;
       cv::Point best(-1, -1);
       for (int y = y0; y < std::min(y0 + kBlock, cost.height()); ++y)
         for (int x = x0; x < std::min(x0 + kBlock, cost.width()); ++x)

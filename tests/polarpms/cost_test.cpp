@@ -213,7 +213,9 @@ std::vector<double> Enumerate(const std::vector<float>& costs, const Visibility&
     double p = 0.5;
     for (int i = 0; i < n; ++i) {
       const bool seen = states >> i & 1;
-      if (i > 0) p *= seen == bool(states >> (i - 1) & 1) ? 1 - 1e-5 : 1e-5;
+      const bool changes =
+          (states ^ states >> 1) >> (i - 1) & 1;  // comparing two bits GCC 12 makes wrong code of
+      if (i > 0) p *= changes ? 1e-5 : 1 - 1e-5;
       p *= seen ? visibility.Likelihood(costs[std::size_t(i)]) : 0.5;
     }
     total += p;
