@@ -46,6 +46,21 @@ std::array<float, kAopTableSteps + 1> AopNoiseTable() {
 
 }  // namespace
 
+void Correct(const PolarizationCorrection& correction, StokesImage& image) {
+  if (correction == PolarizationCorrection()) return;
+  const double turn = 2 * correction.turn_deg * std::numbers::pi / 180;
+  const float cosine = float(std::cos(turn)), sine = float(std::sin(turn)),
+              sign = correction.mirrored ? -1.0f : 1.0f;
+  for (std::size_t i = 0; i < image.s0.size(); ++i) {
+    const float s0 = image.s0.pixels()[i];
+    float& s1 = image.s1.pixels()[i];
+    float& s2 = image.s2.pixels()[i];
+    const float a = s1 - float(correction.bias_s1) * s0, b = sign * (s2 - float(correction.bias_s2) * s0);
+    s1 = cosine * a - sine * b;
+    s2 = sine * a + cosine * b;
+  }
+}
+
 float AngleOfPolarization(float s1, float s2) {
   constexpr float kPi = std::numbers::pi_v<float>;
   const float angle = 0.5f * std::atan2(s2, s1);

@@ -21,6 +21,17 @@ struct StokesImage {
   double independence = 1;
 };
 
+// What is wrong with all pictures of a set, and how to mend it: S1 and S2 less `bias` times S0 (gains of the four
+// angles that differ), S2 negated if mirrored (angles counted the other way), then both turned.
+struct PolarizationCorrection {
+  double turn_deg = 0;  // of the angle of polarization, anticlockwise
+  bool mirrored = false;
+  double bias_s1 = 0, bias_s2 = 0;  // shares of S0
+
+  bool operator==(const PolarizationCorrection&) const = default;
+};
+void Correct(const PolarizationCorrection& correction, StokesImage& image);
+
 // noise, s0_noise and independence of means over `pixels` neighbours; they are those of one pixel before. The
 // variance is that of 1 + (pixels - 1) independence pixels: right to 22 % for every demosaicing method
 // (superpixel: 30 %).

@@ -15,6 +15,7 @@
 #include "core/parallel.h"
 #include "core/random.h"
 #include "fusion/cloud/maps.h"
+#include "pipeline/coarse_normal.h"
 #include "stereo/costs/stereo_view.h"
 #include "stereo/map_io.h"
 
@@ -66,29 +67,6 @@ Image<float> ReadDepthIfSound(const std::filesystem::path& path) {
   }
 }
 
-// Of the plane through the depths within `radius` pixels (inverse depth is linear on a plane); none if fewer
-// than half of them are there. Camera frame, unit, facing the camera.
-std::optional<Eigen::Vector3d> CoarseNormal(const Image<float>& depth, const Pinhole& camera, int x, int y,
-                                            int radius) {
-  const int step = std::max(1, radius / 8);
-  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  int found = 0, asked = 0;
-  for (int v = y - radius; v <= y + radius; v += step)
-    for (int u = x - radius; u <= x + radius; u += step) {
-      ++asked;
-      if (!depth.Contains(u, v) || depth(u, v) <= 0) continue;
-      const Eigen::Vector3d ray = camera.Ray(u + 0.5, v + 0.5);
-      squares += ray * ray.transpose();
-      right += ray / double(depth(u, v));
-      ++found;
-    }
-  if (2 * found < asked) return {};
-  const Eigen::Vector3d normal = -squares.ldlt().solve(right);
-  if (!normal.allFinite() || normal.norm() == 0) return {};
-  return normal.normalized();
-}
-
 // Random places of the view's map.
 void AddPlaces(const Image<float>& depth, const DenseView& view, Random random, int count,
                std::vector<SurfacePlace>& places) {
@@ -97,8 +75,7 @@ void AddPlaces(const Image<float>& depth, const DenseView& view, Random random, 
   for (std::size_t i = 0; i < depth.size(); ++i)
     if (depth.pixels()[i] > 0) pixels.push_back(int(i));
   if (pixels.empty()) return;
-  const int radius =
-      std::max(2, int(std::lround(std::min(0.025 * depth.width(), 0.06 * std::sqrt(double(pixels.size()))))));
+  const int radius = CoarseRadius(depth.width(), pixels.size());
   const Rigid world_from_cam = view.cam_from_world.Inverse();
   for (int i = 0; i < count; ++i) {
     const int pixel = pixels[random.Below(std::uint32_t(pixels.size()))], x = pixel % depth.width(),

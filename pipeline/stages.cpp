@@ -9,6 +9,7 @@
 #include "core/words.h"
 #include "demosaic/sensor/layout.h"
 #include "pipeline/aop_check.h"
+#include "pipeline/stereo/polarization_fit.h"
 #include "pipeline/stereo/stereo.h"
 #include "pipeline/views/views.h"
 #include "stereo/dense/mask_fit.h"
@@ -149,8 +150,13 @@ void RunDense(Scan& scan, const UndistortOptions& options) {
 void RunStereo(Scan& scan, const StereoOptions& options) {
   scan.Run({"stereo", ValuesOf(options)}, [&](Progress& progress) -> nlohmann::json {
     EstimateMaps(scan.dense(), options, progress);
-    nlohmann::json counts = {{"views", ChosenViews(ReadWorkspace(scan.dense()), options.views).views.size()}};
-    if (options.polarization) counts["angles"] = CheckAngles(scan, options, progress);
+    const Workspace workspace = ChosenViews(ReadWorkspace(scan.dense()), options.views);
+    nlohmann::json counts = {{"views", workspace.views.size()}};
+    if (options.polarization) {
+      counts["angles"] = CheckAngles(scan, options, progress);
+      const std::string corrected = CorrectionWords(workspace.correction);
+      if (!corrected.empty()) counts["angles"]["corrected"] = corrected;
+    }
     return counts;
   });
 }

@@ -86,9 +86,15 @@ json AnglesOf(const json& scan) { return CountsOf(scan, "stereo").value("angles"
 
 void FindWrongAngles(const json& scan, json& list) {
   const json angles = AnglesOf(scan);
+  const auto sentence = [&](const char* key) {
+    std::string text = angles.value(key, "") + ".";
+    text[0] = char(std::toupper(text[0]));
+    return text;
+  };
+  if (angles.contains("corrected"))
+    list.push_back(Finding("angles", "The polarization was corrected", sentence("corrected")));
   if (!angles.contains("advice")) return;
-  std::string text = angles.value("advice", "") + ".";
-  text[0] = char(std::toupper(text[0]));
+  const std::string text = sentence("advice");
   list.push_back(Finding("angles",
                          angles.value("wrong", false) ? "The angles of polarization do not fit the shape"
                                                       : "The angles of polarization of some views do not fit",

@@ -9,6 +9,7 @@ namespace {
 // What PolarPMS, COLMAP share: PatchMatch along lines, one photometric and one geometric pass.
 StereoOptions Sequential(StereoOptions options) {
   options.schedule = "sequential";
+  options.fit_polarization = false;
   options.photometric_iterations = options.geometric_iterations = 5;
   options.warm_geometric_pass = false;
   options.surfaces = 0;
@@ -113,6 +114,10 @@ OptionTable Table(StereoOptions& o) {
       {"depth-normal", &o.depth_normal, "use the depth-normal consistency, eq. (10)"},
       {"masks", &o.masks, "estimate only inside the masks"},
       {"filter", &o.filter, "drop unreliable pixels at the end (off: every pixel keeps its estimate)"},
+      {"fit-polarization", &o.fit_polarization,
+       "correct angles that are turned or counted the other way, and gains of the four angles that differ, "
+       "in all "
+       "views alike, where the shape tells it clearly"},
       {"seed", &o.seed, "random numbers; the same seed gives the same bytes", "", 0, 2147483647},
       {"views", &o.views,
        "only the views with these names, separated by commas; * and ? as in a shell: 0*,left/1?; "

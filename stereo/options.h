@@ -14,6 +14,7 @@ struct StereoOptions {
   bool depth_normal = true;
   bool masks = true;
   bool filter = true;
+  bool fit_polarization = true;
   int seed = 1;
   std::string views;
 

@@ -86,6 +86,10 @@ void CheckSize(const char* what, const Image<T>& image, const DenseView& view,
                 path.string(), kAdvice);
 }
 
+std::filesystem::path CorrectionPath(const Workspace& workspace) {
+  return workspace.folder / "stereo/polarization.json";
+}
+
 }  // namespace
 
 std::string ViewName(const std::string& picture) {
@@ -119,7 +123,31 @@ Workspace ReadWorkspace(const std::filesystem::path& folder) {
     if (!IsSound(workspace.views[i], i, count))
       throw Error(fmt::format("impossible values for view {}", workspace.views[i].name), path.string(),
                   kAdvice);
+  if (const auto found = ReadCorrection(workspace)) workspace.correction = found->correction;
   return workspace;
+}
+
+std::optional<FoundCorrection> ReadCorrection(const Workspace& workspace) {
+  const auto path = CorrectionPath(workspace);
+  if (!std::filesystem::exists(path)) return std::nullopt;
+  try {
+    const json value = ReadJson(path);
+    return FoundCorrection{
+        {value.at("turn_deg"), value.at("mirrored"), value.at("bias_s1"), value.at("bias_s2")},
+        value.at("inputs")};
+  } catch (const json::exception& problem) {
+    throw Error(fmt::format("damaged correction of the polarization ({})", JsonReason(problem.what())),
+                path.string(), "Remove it, and run polarscan stereo again");
+  }
+}
+
+void WriteCorrection(const Workspace& workspace, const FoundCorrection& found) {
+  const PolarizationCorrection& c = found.correction;
+  WriteJson(CorrectionPath(workspace), {{"turn_deg", c.turn_deg},
+                                        {"mirrored", c.mirrored},
+                                        {"bias_s1", c.bias_s1},
+                                        {"bias_s2", c.bias_s2},
+                                        {"inputs", found.inputs}});
 }
 
 Workspace ChosenViews(const Workspace& workspace, const std::string& names) {
@@ -136,7 +164,7 @@ Workspace ChosenViews(const Workspace& workspace, const std::string& names) {
                               workspace.views.front().name.substr(1)));
   }
   std::vector<int> place(chosen.size(), -1);
-  Workspace part{workspace.folder, {}, workspace.polarized, workspace.offset};
+  Workspace part{workspace.folder, {}, workspace.polarized, workspace.offset, workspace.correction};
   for (std::size_t i = 0; i < chosen.size(); ++i)
     if (chosen[i]) place[i] = int(part.views.size()), part.views.push_back(workspace.views[i]);
   if (part.views.size() < 2) throw Error("stereo needs two views at least", names);
@@ -170,6 +198,7 @@ StokesImage ReadViewLight(const Workspace& workspace, int view) {
   }
   const DenseView& dense = workspace.views[std::size_t(view)];
   CheckSize("view", light.s0, dense, path);
+  Correct(workspace.correction, light);
   if (dense.window)
     for (Image<float>* plane : {&light.s0, &light.s1, &light.s2, &light.noise})
       *plane = InWindow(dense, std::move(*plane));

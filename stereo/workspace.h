@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,7 @@ namespace polarscan {
 //   masks/NAME.png      undistorted masks, 255 = object (optional)
 //   stereo/depth_maps/NAME.png.{photometric,geometric}.bin, stereo/normal_maps/..., patch-match.cfg,
 //   fusion.cfg          for COLMAP
+//   stereo/polarization.json   what is wrong with all views' polarization (pipeline/stereo/polarization_fit.h)
 //   views.json          what COLMAP's files cannot hold: the cameras at pixel centres, depth ranges, sources
 // NAME is the input picture's stem. stereo/ holds other kinds of maps while it is made. A workspace that
 // COLMAP made (stereo/dense/colmap/colmap_workspace.h) holds plain photos: no polar/, pictures of any kind
@@ -32,6 +34,7 @@ struct Workspace {
   std::vector<DenseView> views;                      // sorted by name
   bool polarized = false;                            // false: plain photos, S1 = S2 = 0 everywhere
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // added to coordinates: those of the given poses
+  PolarizationCorrection correction;                 // what ReadViewLight mends
 
   // Below images/; the maps are named after it.
   std::string PictureName(int view) const {
@@ -51,7 +54,7 @@ struct Workspace {
   }
 };
 
-// Reads views.json. Throws Error if the folder holds no workspace of ours or a damaged one.
+// Reads views.json, and stereo/polarization.json if there is one. Throws Error if the folder holds no workspace of ours or a damaged one.
 Workspace ReadWorkspace(const std::filesystem::path& folder);
 // The views with one of these names, and what they say of each other. names: separated by commas, with * and
 // ? as in a shell; empty: all. Throws Error if a name is none of a view, or fewer than two are left.
@@ -59,7 +62,15 @@ Workspace ChosenViews(const Workspace& workspace, const std::string& names);
 // Writes views.json (nothing else), atomically.
 void WriteWorkspace(const Workspace& workspace);
 
-// The view's light from LightPath: a photo's has S1 = S2 = 0 (8 bits: by gamma 2.2). In a view's window, as
+// stereo/polarization.json: the correction, and a hash of what it was found from. None if it is not there.
+struct FoundCorrection {
+  PolarizationCorrection correction;
+  std::string inputs;
+};
+std::optional<FoundCorrection> ReadCorrection(const Workspace& workspace);
+void WriteCorrection(const Workspace& workspace, const FoundCorrection& found);
+
+// The view's light from LightPath, corrected: a photo's has S1 = S2 = 0 (8 bits: by gamma 2.2). In a view's window, as
 // the mask. Throws Error if the file is damaged or of another size than the camera.
 StokesImage ReadViewLight(const Workspace& workspace, int view);
 

@@ -77,6 +77,12 @@ class MultilevelSchedule {
     steps_.RunFromLastDone(plan_, [this](const Step& step) { Run(step); });
   }
 
+  CoarseMaps RunCoarsest() {
+    const std::vector<Step> coarsest(plan_.begin(), plan_.begin() + 1 + options().rounds);
+    steps_.RunUntil(coarsest, [this](const Step& step) { Run(step); });
+    return {coarsest.back().kind, coarsest.back().halvings};
+  }
+
  private:
   const Workspace& workspace() const { return steps_.workspace(); }
   const StereoOptions& options() const { return steps_.options(); }
@@ -163,5 +169,7 @@ std::vector<StereoStep> MultilevelSteps(const Workspace& workspace, const Stereo
 }
 
 void RunMultilevel(StepRunner& steps) { MultilevelSchedule(steps).Run(); }
+
+CoarseMaps RunCoarsest(StepRunner& steps) { return MultilevelSchedule(steps).RunCoarsest(); }
 
 }  // namespace polarscan

@@ -11,6 +11,14 @@ namespace polarscan {
 // kSeparateMaps where surfaces follow. Throws Cancelled.
 void RunMultilevel(StepRunner& steps);
 
+// The steps of the coarsest size only, which end with a round; none if it is the only one. What its maps are: kind,
+// and how often halved.
+struct CoarseMaps {
+  MapKind kind;
+  int halvings = 0;
+};
+CoarseMaps RunCoarsest(StepRunner& steps);
+
 // The steps of that schedule, none of them marked as done.
 std::vector<StereoStep> MultilevelSteps(const Workspace& workspace, const StereoOptions& options);
 

@@ -40,13 +40,18 @@ class StepRunner {
   // shards work, all but the last step's go at the end.
   template <class Step, class RunStep>
   void RunFromLastDone(const std::vector<Step>& plan, RunStep&& run) {
+    RunUntil(plan, run);
+    RemoveOthers(plan.back().kind);
+  }
+  // The same of the first steps of a plan: maps that others made stay.
+  template <class Step, class RunStep>
+  void RunUntil(const std::vector<Step>& plan, RunStep&& run) {
     std::size_t first = plan.size();
     while (first > 0 && !done_.IsDone(plan[first - 1].kind)) --first;
     for (std::size_t i = first; i < plan.size(); ++i) {
       run(plan[i]);
       if (i > 0) done_.Remove(plan[i - 1].kind);
     }
-    RemoveOthers(plan.back().kind);
   }
 
   const Workspace& workspace() const { return workspace_; }

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/stereo/stereo.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <optional>
 #include <set>
 
 #include "core/files/files.h"
 #include "pipeline/stereo/acmmp.h"
 #include "pipeline/stereo/common_surface.h"
 #include "pipeline/stereo/multilevel.h"
+#include "pipeline/stereo/polarization_fit.h"
 #include "pipeline/stereo/sequential.h"
 #include "pipeline/stereo/stage_inputs.h"
 #include "pipeline/stereo/surface_steps.h"
@@ -62,13 +66,51 @@ void RemoveMapsLeft(StepRunner& steps) {
   done.KeepOnly(kFinalMaps);
 }
 
+// The workspace, with no polarization corrected.
+Workspace ReadAsGiven(const fs::path& dense) {
+  Workspace workspace = ReadWorkspace(dense);
+  workspace.correction = {};
+  return workspace;
+}
+
+// The correction that was found from these inputs and options; none if it was not looked for.
+std::optional<PolarizationCorrection> KnownCorrection(const Workspace& as_given,
+                                                      const StereoOptions& options) {
+  const auto found = ReadCorrection(as_given);
+  if (!found || found->inputs != ToHex(StereoInputHash(as_given, options))) return std::nullopt;
+  return found->correction;
+}
+
+// Looks for it in the maps of the coarsest size, which stay for the steps that follow. Of several shards the first
+// one's counts for all.
+PolarizationCorrection FindCorrection(const Workspace& as_given, const StereoOptions& options,
+                                      const Shard& shard, Progress& progress) {
+  if (options.schedule != "checkerboard" || !options.fit_polarization || !options.polarization ||
+      !as_given.polarized || options.rounds == 0)
+    return {};
+  if (const auto known = KnownCorrection(as_given, options)) return *known;
+  const std::uint64_t inputs = StereoInputHash(as_given, options);
+  StepRunner steps(CutToObject(as_given, options), options, inputs, shard, progress);
+  if (steps.done().IsDone(kFinalMaps) || steps.done().IsDone(kSeparateMaps)) return {};
+  const CoarseMaps coarse = RunCoarsest(steps);
+  const PolarizationFit fit = FitPolarization(steps.workspace(), coarse.kind, coarse.halvings, progress);
+  if (const auto known = KnownCorrection(as_given, options)) return *known;
+  WriteCorrection(as_given, {fit.correction, ToHex(inputs)});
+  return fit.correction;
+}
+
 }  // namespace
 
 void EstimateMaps(const fs::path& dense, const StereoOptions& asked, Progress& progress, const Shard& shard) {
-  // 1. The views that are asked for, each cut to its object; the options that help them.
-  const Workspace all = ReadWorkspace(dense), workspace = ChosenViews(all, asked.views);
+  // 1. The views that are asked for, each cut to its object; the options that help them; what is wrong with all
+  //    views' polarization.
+  const Workspace all = ReadAsGiven(dense);
+  Workspace workspace = ChosenViews(all, asked.views);
   const StereoOptions options = OptionsFor(workspace, asked);
   WarnOfPolarization(workspace, asked, options, progress);
+  workspace.correction = FindCorrection(workspace, options, shard, progress);
+  const std::string words = CorrectionWords(workspace.correction);
+  if (!words.empty()) progress.Warn(words);
   StepRunner steps(CutToObject(workspace, options), options, StereoInputHash(workspace, options), shard,
                    progress);
 
@@ -95,8 +137,9 @@ void EstimateMaps(const fs::path& dense, const StereoOptions& asked, Progress& p
 }
 
 StereoPlan PlanMaps(const fs::path& dense, const StereoOptions& asked) {
-  const Workspace workspace = ChosenViews(ReadWorkspace(dense), asked.views);
+  Workspace workspace = ChosenViews(ReadAsGiven(dense), asked.views);
   const StereoOptions options = OptionsFor(workspace, asked);
+  workspace.correction = KnownCorrection(workspace, options).value_or(PolarizationCorrection());
   StereoPlan plan{int(workspace.views.size()), ObjectPixels(workspace, options), {}};
   if (options.schedule == "checkerboard") {
     plan.steps = MultilevelSteps(workspace, options);
@@ -117,6 +160,9 @@ std::uint64_t StereoInputHash(const Workspace& workspace, const StereoOptions& o
       "cut to the object, grids for the surface";  // another text where maps of steps are of another kind
   std::uint64_t hash = Hash(ToText(ValuesOf(options)), Hash(kSteps));
   hash = HashFile(workspace.folder / "views.json", hash);
+  const PolarizationCorrection& c = workspace.correction;
+  if (c != PolarizationCorrection())
+    hash = Hash(fmt::format("{} {} {} {}", c.turn_deg, c.mirrored, c.bias_s1, c.bias_s2), hash);
   for (int view = 0; view < int(workspace.views.size()); ++view) {
     hash = HashFile(workspace.LightPath(view), hash);
     if (options.masks && fs::exists(workspace.MaskPath(view)))

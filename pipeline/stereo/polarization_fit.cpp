@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/stereo/polarization_fit.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "core/random.h"
+#include "core/statistics.h"
+#include "pipeline/coarse_normal.h"
+#include "stereo/map_io.h"
+
+namespace polarscan {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr int kMostViews = 40, kSamples = 20000;
+constexpr double kLeastSlope =
+    0.26;                     // sine of the angle between normal and ray: an azimuth of flatter ones is noise
+constexpr int kEnough = 500;  // samples
+// What is beyond doubt: so many deviations, and as much as matters.
+constexpr double kSigmas = 5, kLeastTurnDeg = 1.5, kLeastBias = 0.004;
+constexpr double kClearlyMirrored = 0.85;  // cost beside the other's
+
+// Degrees of polarization along the picture's axes, and twice the azimuth of the surface there.
+struct Sample {
+  double p = 0, q = 0, cosine = 1, sine = 0;
+};
+
+struct Model {
+  double turn = 0;  // radians, of twice the angle
+  double bias_p = 0, bias_q = 0;
+};
+
+std::vector<int> SomeOf(int count) {
+  std::vector<int> views;
+  const int some = std::min(count, kMostViews);
+  for (int i = 0; i < some; ++i) views.push_back(i * count / some);
+  return views;
+}
+
+// Mean of S1 / S0 and S2 / S0 over the pixels that one of the map covers; none if it is dark or invalid.
+std::optional<Eigen::Vector2d> MeanDegrees(const StokesImage& light, int x, int y, int size) {
+  double s0 = 0, s1 = 0, s2 = 0;
+  for (int v = y * size; v < (y + 1) * size; ++v)
+    for (int u = x * size; u < (x + 1) * size; ++u) {
+      if (!light.s0.Contains(u, v) || !std::isfinite(light.noise(u, v))) return {};
+      s0 += double(light.s0(u, v)), s1 += double(light.s1(u, v)), s2 += double(light.s2(u, v));
+    }
+  if (!(s0 > 0)) return {};
+  return Eigen::Vector2d(s1 / s0, s2 / s0);
+}
+
+std::vector<Sample> SamplesOf(const Workspace& workspace, int view, const MapKind& kind, int halvings,
+                              int count) {
+  const Image<float> depth = ReadDepthMap(workspace.DepthPath(view, kind));
+  const StokesImage light = ReadViewLight(workspace, view);
+  const Pinhole camera = workspace.views[std::size_t(view)].camera.Resized(depth.width(), depth.height());
+  std::vector<int> pixels;
+  for (std::size_t i = 0; i < depth.size(); ++i)
+    if (depth.pixels()[i] > 0) pixels.push_back(int(i));
+  std::vector<Sample> samples;
+  if (pixels.empty()) return samples;
+  const int radius = CoarseRadius(depth.width(), pixels.size());
+  Random random(7, std::uint64_t(view));
+  for (int i = 0; i < count; ++i) {
+    const int pixel = pixels[random.Below(std::uint32_t(pixels.size()))], x = pixel % depth.width(),
+              y = pixel / depth.width();
+    const auto degrees = MeanDegrees(light, x, y, 1 << halvings);
+    const auto normal = CoarseNormal(depth, camera, x, y, radius);
+    if (!degrees || !normal) continue;
+    const Eigen::Vector3d ray = camera.Ray(x + 0.5, y + 0.5);
+    if (normal->cross(ray.normalized()).norm() < kLeastSlope) continue;
+    const double a = normal->x() - normal->z() * ray.x(), b = -(normal->y() - normal->z() * ray.y());
+    const double azimuth = std::atan2(b, a);
+    samples.push_back({degrees->x(), degrees->y(), std::cos(2 * azimuth), std::sin(2 * azimuth)});
+  }
+  return samples;
+}
+
+// (S1, S2), corrected, across the direction of the surface: 0 if the model is right.
+double Across(const Sample& s, const Model& model) {
+  const double c = std::cos(model.turn), d = std::sin(model.turn), p = s.p - model.bias_p,
+               q = s.q - model.bias_q;
+  return (c * p - d * q) * s.sine - (d * p + c * q) * s.cosine;
+}
+
+// Huber's cost, of residuals in units of `scale`, and its weight.
+double Cost(double residual, double scale) {
+  const double r = std::abs(residual) / scale;
+  return r < 1 ? r * r / 2 : r - 0.5;
+}
+double Weight(double residual, double scale) {
+  return std::min(1.0, scale / std::max(1e-12, std::abs(residual)));
+}
+
+double MeanCost(const std::vector<Sample>& samples, const Model& model, double scale) {
+  double sum = 0;
+  for (const Sample& s : samples) sum += Cost(Across(s, model), scale);
+  return sum / double(samples.size());
+}
+
+enum class Free { kTurn, kBias, kBoth };
+
+// Gauss-Newton with Huber's weights.
+Model Fitted(const std::vector<Sample>& samples, Model model, double scale, Free free) {
+  for (int i = 0; i < 20; ++i) {
+    Eigen::Matrix3d squares = 1e-9 * Eigen::Matrix3d::Identity();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    const double c = std::cos(model.turn), d = std::sin(model.turn);
+    for (const Sample& s : samples) {
+      const double r = Across(s, model), w = Weight(r, scale);
+      const double p = s.p - model.bias_p, q = s.q - model.bias_q;
+      Eigen::Vector3d slope((-d * p - c * q) * s.sine - (c * p - d * q) * s.cosine,
+                            -c * s.sine + d * s.cosine, d * s.sine + c * s.cosine);
+      if (free == Free::kTurn) slope.tail<2>().setZero();
+      if (free == Free::kBias) slope[0] = 0;
+      squares += w * slope * slope.transpose();
+      right -= w * r * slope;
+    }
+    const Eigen::Vector3d step = squares.ldlt().solve(right);
+    model.turn += step[0], model.bias_p += step[1], model.bias_q += step[2];
+    if (step.norm() < 1e-8) break;
+  }
+  model.turn = std::remainder(model.turn, kPi);  // by 90 degrees of angle there is no telling
+  return model;
+}
+
+// The best of many starts.
+Model BestFit(const std::vector<Sample>& samples, double scale, Free free) {
+  Model best;
+  double least = MeanCost(samples, best, scale);
+  for (int start = -8; start < 8; ++start) {
+    const Model model = Fitted(samples, {free == Free::kBias ? 0 : start * kPi / 16, 0, 0}, scale, free);
+    const double cost = MeanCost(samples, model, scale);
+    if (cost < least * (1 - 1e-9)) least = cost, best = model;
+  }
+  return best;
+}
+
+// What most samples lie within, with no model.
+double ScaleOf(const std::vector<Sample>& samples) {
+  std::vector<double> sizes;
+  for (const Sample& s : samples) sizes.push_back(std::hypot(s.p, s.q));
+  return std::max(1e-6, Median(std::move(sizes)) / 2);
+}
+
+std::vector<Sample> Mirrored(std::vector<Sample> samples) {
+  for (Sample& s : samples) s.q = -s.q;
+  return samples;
+}
+
+std::vector<Sample> Together(const std::vector<std::vector<Sample>>& of_views) {
+  std::vector<Sample> all;
+  for (const auto& samples : of_views) all.insert(all.end(), samples.begin(), samples.end());
+  return all;
+}
+
+// Standard deviation of the mean over views, from the median of what they differ by.
+double SigmaOfMean(const std::vector<double>& values, double middle) {
+  std::vector<double> away;
+  for (double value : values) away.push_back(std::abs(value - middle));
+  return 1.48 * Median(std::move(away)) / std::sqrt(double(values.size()));
+}
+
+struct Spread {
+  double turn = 0, bias = 0;
+};
+
+// Each view's own fit, from that of all on.
+Spread SpreadOfViews(const std::vector<std::vector<Sample>>& of_views, const Model& model, double scale,
+                     Free free) {
+  std::vector<double> turns, p, q;
+  for (const auto& samples : of_views) {
+    if (samples.size() < 50) continue;
+    const Model own = Fitted(samples, model, scale, free);
+    turns.push_back(model.turn + std::remainder(own.turn - model.turn, kPi));
+    p.push_back(own.bias_p), q.push_back(own.bias_q);
+  }
+  if (turns.size() < 3) return {1e9, 1e9};
+  return {SigmaOfMean(turns, model.turn),
+          std::hypot(SigmaOfMean(p, model.bias_p), SigmaOfMean(q, model.bias_q))};
+}
+
+}  // namespace
+
+PolarizationFit FitPolarization(const Workspace& workspace, const MapKind& kind, int halvings,
+                                Progress& progress) {
+  PolarizationFit fit;
+  const std::vector<int> views = SomeOf(int(workspace.views.size()));
+  std::vector<std::vector<Sample>> of_views(views.size());
+  progress.Begin("fit of the polarization", views.size());
+  ParallelFor(0, int(views.size()), [&](int i) {
+    progress.Check();
+    of_views[std::size_t(i)] =
+        SamplesOf(workspace, views[std::size_t(i)], kind, halvings, kSamples / int(views.size()));
+  });
+  std::vector<Sample> samples = Together(of_views);
+  fit.samples = int(samples.size());
+  if (fit.samples < kEnough) return fit;
+  const double scale = ScaleOf(samples);
+  // Counted the other way? With a turn free both ways: a mirror's axis is anywhere.
+  const std::vector<Sample> other = Mirrored(samples);
+  const double as_given = MeanCost(samples, BestFit(samples, scale, Free::kTurn), scale),
+               mirrored = MeanCost(other, BestFit(other, scale, Free::kTurn), scale);
+  fit.correction.mirrored = mirrored < kClearlyMirrored * as_given;
+  if (fit.correction.mirrored) {
+    samples = other;
+    for (auto& own : of_views) own = Mirrored(std::move(own));
+  }
+  Model model = BestFit(samples, scale, Free::kBoth);
+  Spread spread = SpreadOfViews(of_views, model, scale, Free::kBoth);
+  const auto matters = [](double value, double sigma, double least) {
+    return std::abs(value) > std::max(least, kSigmas * sigma);
+  };
+  const bool bias = matters(std::hypot(model.bias_p, model.bias_q), spread.bias, kLeastBias);
+  if (!bias) {  // it would take something from the turn
+    model = BestFit(samples, scale, Free::kTurn);
+    spread = SpreadOfViews(of_views, model, scale, Free::kTurn);
+  }
+  fit.turn_sigma_deg = spread.turn / 2 * 180 / kPi, fit.bias_sigma = spread.bias;
+  const double turn_deg = model.turn / 2 * 180 / kPi;
+  if (matters(turn_deg, fit.turn_sigma_deg, kLeastTurnDeg)) fit.correction.turn_deg = turn_deg;
+  if (bias) {
+    if (fit.correction.turn_deg == 0) model = BestFit(samples, scale, Free::kBias);
+    fit.correction.bias_s1 = model.bias_p;
+    fit.correction.bias_s2 = fit.correction.mirrored ? -model.bias_q : model.bias_q;
+  }
+  return fit;
+}
+
+std::string CorrectionWords(const PolarizationCorrection& c) {
+  std::vector<std::string> wrong;
+  if (c.mirrored) wrong.push_back("counted the other way (clockwise)");
+  if (c.turn_deg != 0) wrong.push_back(fmt::format("turned by {:.1f} degrees", -c.turn_deg));
+  if (c.bias_s1 != 0 || c.bias_s2 != 0)
+    wrong.push_back(
+        fmt::format("bent by gains of the four angles that differ (S1 by {:.2g}, S2 by {:.2g} of S0)",
+                    c.bias_s1, c.bias_s2));
+  if (wrong.empty()) return "";
+  std::string text = "the angles of polarization are ";
+  for (std::size_t i = 0; i < wrong.size(); ++i)
+    text += (i == 0 ? "" : i + 1 < wrong.size() ? ", " : " and ") + wrong[i];
+  return text + " in all views, as the shape tells: they are corrected (--no-fit-polarization leaves them)";
+}
+
+}  // namespace polarscan
