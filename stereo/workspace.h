@@ -34,7 +34,7 @@ struct Workspace {
   std::vector<DenseView> views;                      // sorted by name
   bool polarized = false;                            // false: plain photos, S1 = S2 = 0 everywhere
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // added to coordinates: those of the given poses
-  PolarizationCorrection correction;                 // what ReadViewLight mends
+  PolarizationCorrection correction = {};            // what ReadViewLight mends
 
   // Below images/; the maps are named after it.
   std::string PictureName(int view) const {

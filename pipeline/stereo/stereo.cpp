@@ -81,8 +81,8 @@ std::optional<PolarizationCorrection> KnownCorrection(const Workspace& as_given,
   return found->correction;
 }
 
-// Looks for it in the maps of the coarsest size, which stay for the steps that follow. Of several shards the first
-// one's counts for all.
+// Looks for it in maps of the coarsest size that are made without polarization: it would bend them. Of several
+// shards the first one's counts for all.
 PolarizationCorrection FindCorrection(const Workspace& as_given, const StereoOptions& options,
                                       const Shard& shard, Progress& progress) {
   if (options.schedule != "checkerboard" || !options.fit_polarization || !options.polarization ||
@@ -90,8 +90,15 @@ PolarizationCorrection FindCorrection(const Workspace& as_given, const StereoOpt
     return {};
   if (const auto known = KnownCorrection(as_given, options)) return *known;
   const std::uint64_t inputs = StereoInputHash(as_given, options);
-  StepRunner steps(CutToObject(as_given, options), options, inputs, shard, progress);
-  if (steps.done().IsDone(kFinalMaps) || steps.done().IsDone(kSeparateMaps)) return {};
+  {
+    const DoneList done(as_given, inputs, shard);
+    if (done.IsDone(kFinalMaps) || done.IsDone(kSeparateMaps))
+      return {};  // by a program that did not look for it
+  }
+  StereoOptions without = options;
+  without.polarization = false;
+  StepRunner steps(CutToObject(as_given, without), without, StereoInputHash(as_given, without), shard,
+                   progress);
   const CoarseMaps coarse = RunCoarsest(steps);
   const PolarizationFit fit = FitPolarization(steps.workspace(), coarse.kind, coarse.halvings, progress);
   if (const auto known = KnownCorrection(as_given, options)) return *known;
