@@ -46,15 +46,35 @@ double RobustSigma(std::vector<float>& values) {
   return *middle / kMedianOfNormal;
 }
 
+// The share of S0 that the redundancy is on the whole: gains of the four angles that differ; 0 if small.
+float Imbalance(const StokesImage& image, const Image<float>& redundancy) {
+  constexpr float kSmall = 0.01f;
+  constexpr std::size_t kEvery = 7, kEnough = 1000;
+  if (redundancy.empty()) return 0;
+  std::vector<float> levels, shares;
+  for (std::size_t i = 0; i < redundancy.size(); i += kEvery)
+    if (std::isfinite(image.noise.pixels()[i])) levels.push_back(image.s0.pixels()[i]);
+  if (levels.size() < kEnough) return 0;
+  const auto bright = levels.begin() + std::ptrdiff_t(levels.size() * 3 / 4);
+  std::nth_element(levels.begin(), bright, levels.end());
+  for (std::size_t i = 0; i < redundancy.size(); i += kEvery)
+    if (std::isfinite(image.noise.pixels()[i]) && image.s0.pixels()[i] > 0 && image.s0.pixels()[i] >= *bright)
+      shares.push_back(redundancy.pixels()[i] / image.s0.pixels()[i]);
+  if (shares.empty()) return 0;
+  const auto middle = shares.begin() + std::ptrdiff_t(shares.size() / 2);
+  std::nth_element(shares.begin(), middle, shares.end());
+  return std::abs(*middle) > kSmall ? *middle : 0;
+}
+
 // Nothing if too few pixels are valid; black background (S0 = 0) tells nothing and is left out.
-std::optional<Level> MeasureBlock(const StokesImage& image, const Image<float>& redundancy, int lag, int x0,
-                                  int y0) {
+std::optional<Level> MeasureBlock(const StokesImage& image, const Image<float>& redundancy, float imbalance,
+                                  int lag, int x0, int y0) {
   std::vector<float> levels, sums, differences;
   for (int y = y0; y < y0 + kBlock; ++y)
     for (int x = x0; x < x0 + kBlock; ++x) {
       if (!AllValid(image, x, y, lag)) continue;
       levels.push_back(image.s0(x, y) / 2);
-      sums.push_back(redundancy.empty() ? 0 : redundancy(x, y));
+      sums.push_back(redundancy.empty() ? 0 : redundancy(x, y) - imbalance * image.s0(x, y));
       differences.push_back(MixedDifference(image.s1, x, y, lag));
       differences.push_back(MixedDifference(image.s2, x, y, lag));
     }
@@ -68,10 +88,11 @@ std::optional<Level> MeasureBlock(const StokesImage& image, const Image<float>& 
 std::vector<Level> MeasureBlocks(const StokesImage& image, const Image<float>& redundancy, int lag) {
   const int width = image.s0.width(), height = image.s0.height();
   const int every = kBlock * std::max(1, int(std::sqrt(double(width) * height / kMostSamples)));
+  const float imbalance = Imbalance(image, redundancy);
   std::vector<Level> blocks;
   for (int y = lag; y + kBlock <= height - lag; y += every)
     for (int x = lag; x + kBlock <= width - lag; x += every)
-      if (const auto block = MeasureBlock(image, redundancy, lag, x, y)) blocks.push_back(*block);
+      if (const auto block = MeasureBlock(image, redundancy, imbalance, lag, x, y)) blocks.push_back(*block);
   return blocks;
 }
 

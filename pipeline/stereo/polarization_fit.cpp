@@ -27,6 +27,8 @@ constexpr int kEnough = 500;  // samples
 // What is beyond doubt: so many deviations, and as much as matters.
 constexpr double kSigmas = 5, kLeastTurnDeg = 1.5, kLeastBias = 0.004;
 constexpr double kClearlyMirrored = 0.85;  // cost beside the other's
+// What makes a fit doubtful. Of sound sets the cost of mirrored angles is 1.6 times the other's.
+constexpr double kDoubtfulTurnDeg = 1.2, kDoubtfulBias = 0.004, kDoubtfulMirrored = 1.3;
 
 // Degrees of polarization along the picture's axes, and twice the azimuth of the surface there.
 struct Sample {
@@ -215,6 +217,9 @@ PolarizationFit FitPolarization(const Workspace& workspace, const MapKind& kind,
     for (auto& own : of_views) own = Mirrored(std::move(own));
   }
   Model model = BestFit(samples, scale, Free::kBoth);
+  fit.doubtful = mirrored < kDoubtfulMirrored * as_given ||
+                 std::abs(model.turn) / 2 * 180 / kPi > kDoubtfulTurnDeg ||
+                 std::hypot(model.bias_p, model.bias_q) > kDoubtfulBias;
   Spread spread = SpreadOfViews(of_views, model, scale, Free::kBoth);
   const auto matters = [](double value, double sigma, double least) {
     return std::abs(value) > std::max(least, kSigmas * sigma);

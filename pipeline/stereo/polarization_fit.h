@@ -11,6 +11,9 @@ struct PolarizationFit {
   PolarizationCorrection correction;          // none, where nothing is clearly wrong
   double turn_sigma_deg = 0, bias_sigma = 0;  // by how much views differ, for the mean of them
   int samples = 0;
+  // Whether something may be wrong, by much less. Maps that polarization helped to make tell no more: wrong angles
+  // have bent them toward themselves.
+  bool doubtful = false;
 };
 
 // At some ten thousand pixels the coarse normal of the depths has an azimuth; diffuse and specular light have S1

@@ -81,8 +81,8 @@ std::optional<PolarizationCorrection> KnownCorrection(const Workspace& as_given,
   return found->correction;
 }
 
-// Looks for it in maps of the coarsest size that are made without polarization: it would bend them. Of several
-// shards the first one's counts for all.
+// Looks for it in the maps of the coarsest size. Where they leave a doubt, again in maps that are made without
+// polarization. Of several shards the first one's counts for all.
 PolarizationCorrection FindCorrection(const Workspace& as_given, const StereoOptions& options,
                                       const Shard& shard, Progress& progress) {
   if (options.schedule != "checkerboard" || !options.fit_polarization || !options.polarization ||
@@ -95,12 +95,19 @@ PolarizationCorrection FindCorrection(const Workspace& as_given, const StereoOpt
     if (done.IsDone(kFinalMaps) || done.IsDone(kSeparateMaps))
       return {};  // by a program that did not look for it
   }
-  StereoOptions without = options;
-  without.polarization = false;
-  StepRunner steps(CutToObject(as_given, without), without, StereoInputHash(as_given, without), shard,
-                   progress);
-  const CoarseMaps coarse = RunCoarsest(steps);
-  const PolarizationFit fit = FitPolarization(steps.workspace(), coarse.kind, coarse.halvings, progress);
+  const auto fit_by = [&](const StereoOptions& by) {
+    StepRunner steps(CutToObject(as_given, by), by, StereoInputHash(as_given, by), shard, progress);
+    const CoarseMaps coarse = RunCoarsest(steps);
+    return FitPolarization(steps.workspace(), coarse.kind, coarse.halvings, progress);
+  };
+  PolarizationFit fit = fit_by(options);
+  if (fit.doubtful) {
+    StereoOptions without = options;
+    without.polarization = false;
+    fit = fit_by(without);
+  } else {
+    fit.correction = {};
+  }
   if (const auto known = KnownCorrection(as_given, options)) return *known;
   WriteCorrection(as_given, {fit.correction, ToHex(inputs)});
   return fit.correction;
