@@ -2,7 +2,9 @@
 #include "pipeline/stages.h"
 
 #include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 
 #include "core/error.h"
 #include "core/files/files.h"
@@ -56,6 +58,20 @@ std::string AnglesDoNotFit(AopCount count, const nlohmann::json& input) {
       kWays[std::size_t(count)], CureOfAngles(count, input),
       input.value("kind", "") == "mosaic" ? "; polarscan calibrate layout finds out how a sensor counts"
                                           : "");
+}
+
+// What stereo mended, and how to say it from the start where an option does. views: options of that stage.
+std::string AnglesWereCorrected(const PolarizationCorrection& correction, const nlohmann::json& views) {
+  constexpr double kShiftDeg = 45, kNearDeg = 5;
+  std::string words = CorrectionWords(correction);
+  const bool shifted = std::abs(std::abs(correction.turn_deg) - kShiftDeg) < kNearDeg;
+  if (correction.mirrored || shifted) {
+    const AopCount count = !shifted              ? AopCount::kMirrored
+                           : correction.mirrored ? AopCount::kMirroredAndShifted
+                                                 : AopCount::kShifted;
+    words += ". " + CureOfAngles(count, views.value("input", nlohmann::json::object()));
+  }
+  return words;
 }
 
 // Of views that are not as the others.
@@ -154,8 +170,12 @@ void RunStereo(Scan& scan, const StereoOptions& options) {
     nlohmann::json counts = {{"views", workspace.views.size()}};
     if (options.polarization) {
       counts["angles"] = CheckAngles(scan, options, progress);
-      const std::string corrected = CorrectionWords(workspace.correction);
-      if (!corrected.empty()) counts["angles"]["corrected"] = corrected;
+      const std::string corrected =
+          AnglesWereCorrected(workspace.correction, scan.state().OptionsOf("views"));
+      if (!corrected.empty()) {
+        counts["angles"]["corrected"] = corrected;
+        progress.Warn(corrected);
+      }
     }
     return counts;
   });

@@ -249,10 +249,11 @@ std::string CorrectionWords(const PolarizationCorrection& c) {
         fmt::format("bent by gains of the four angles that differ (S1 by {:.2g}, S2 by {:.2g} of S0)",
                     c.bias_s1, c.bias_s2));
   if (wrong.empty()) return "";
-  std::string text = "the angles of polarization are ";
+  std::string text;
   for (std::size_t i = 0; i < wrong.size(); ++i)
     text += (i == 0 ? "" : i + 1 < wrong.size() ? ", " : " and ") + wrong[i];
-  return text + " in all views, as the shape tells: they are corrected (--no-fit-polarization leaves them)";
+  return "the angles of polarization do not fit the shape that the views agree on: they are " + text +
+         " in all views. Stereo corrects that (--no-fit-polarization: not)";
 }
 
 }  // namespace polarscan

@@ -123,8 +123,6 @@ void EstimateMaps(const fs::path& dense, const StereoOptions& asked, Progress& p
   const StereoOptions options = OptionsFor(workspace, asked);
   WarnOfPolarization(workspace, asked, options, progress);
   workspace.correction = FindCorrection(workspace, options, shard, progress);
-  const std::string words = CorrectionWords(workspace.correction);
-  if (!words.empty()) progress.Warn(words);
   StepRunner steps(CutToObject(workspace, options), options, StereoInputHash(workspace, options), shard,
                    progress);
 

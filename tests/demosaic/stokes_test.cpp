@@ -111,5 +111,22 @@ TEST(Stokes, AFileKeepsEveryBit) {
   fs::remove(path);
 }
 
+TEST(PolarizationCorrection, TakesBiasAwayThenMirrorsThenTurns) {
+  const double degrees = std::numbers::pi / 180;
+  const auto image = [](double angle, double bias_s1, double bias_s2) {  // of S0 = 2, degree 0.3
+    StokesImage one{Image<float>(1, 1, 2), Image<float>(1, 1), Image<float>(1, 1), Image<float>(1, 1, 0.01f)};
+    one.s1(0, 0) = float(0.6 * std::cos(2 * angle) + 2 * bias_s1);
+    one.s2(0, 0) = float(0.6 * std::sin(2 * angle) + 2 * bias_s2);
+    return one;
+  };
+  StokesImage given = image(25 * degrees, 0.05, -0.02);
+  Correct({-10, false, 0.05, -0.02}, given);
+  EXPECT_NEAR(AngleOfPolarization(given.s1(0, 0), given.s2(0, 0)), 15 * degrees, 1e-5);
+  EXPECT_NEAR(DegreeOfPolarization(2, given.s1(0, 0), given.s2(0, 0)), 0.3, 1e-6);
+  given = image(25 * degrees, 0, 0);
+  Correct({7, true, 0, 0}, given);
+  EXPECT_NEAR(AngleOfPolarization(given.s1(0, 0), given.s2(0, 0)), (180 - 25 + 7) * degrees, 1e-5);
+}
+
 }  // namespace
 }  // namespace polarscan

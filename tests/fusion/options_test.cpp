@@ -138,6 +138,7 @@ TEST(EachOption, OfStereoChangesMaps) {
   StereoOptions options;
   ExpectEachToMatter(Table(options), trials,
                      {{"preset", "it stands for others, which the program sets"},
+                      {"fit-polarization", "it changes sets that are wrong (polarpms.Sphere.Polarization...)"},
                       {"cache", "memory: the same bytes with any"}},
                      maps);
 }

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <numbers>
 #include <optional>
 #include <set>
@@ -90,6 +91,7 @@ class Sphere : public testing::Test {
         stokes.s1(x, y) = float(stokes.s0(x, y) * dop * std::cos(2 * alpha));
         stokes.s2(x, y) = float(stokes.s0(x, y) * dop * std::sin(2 * alpha));
       }
+    if (spoil_) spoil_(stokes);
     WriteStokes(workspace_.StokesPath(index), stokes);
     WritePng(workspace_.MaskPath(index), mask);
   }
@@ -143,6 +145,7 @@ class Sphere : public testing::Test {
   }
 
   fs::path folder_;
+  std::function<void(StokesImage&)> spoil_;  // of every view, before it is written
   Workspace workspace_;
   Progress progress_;
 };
@@ -217,6 +220,49 @@ TEST_F(Sphere, ContinuousRefinementFindsTheDepthsThatMatchBest) {
   const double before = errors();
   RefineContinuously(problem, options, std::vector<float>(2 * map.depth.size(), 0.5f), map, progress_);
   EXPECT_LT(errors(), 0.5 * before);
+}
+
+TEST_F(Sphere, PolarizationThatIsWrongInAllViewsIsFoundAndCorrected) {
+  struct Case {
+    PolarizationCorrection wrong;  // what is done to the pictures
+    PolarizationCorrection cure;
+  };
+  const StereoOptions options = Quick("default");
+  Write(true);
+  EstimateMaps(folder_, options, progress_);
+  EXPECT_EQ(ReadWorkspace(folder_).correction, PolarizationCorrection());  // nothing is wrong
+  const Errors right = Compare();
+  for (const auto& [wrong, cure] : {Case{{12, false, 0, 0}, {-12, false, 0, 0}},
+                                    {{0, true, 0, 0}, {0, true, 0, 0}},
+                                    {{0, false, -0.03, 0.02}, {0, false, 0.03, -0.02}}}) {
+    spoil_ = [&wrong = wrong](StokesImage& image) { Correct(wrong, image); };
+    fs::remove_all(folder_);
+    workspace_ = {};
+    Write(true);
+    EstimateMaps(folder_, options, progress_);
+    const PolarizationCorrection found = ReadWorkspace(folder_).correction;
+    EXPECT_NEAR(found.turn_deg, cure.turn_deg, 2);
+    EXPECT_EQ(found.mirrored, cure.mirrored);
+    EXPECT_NEAR(found.bias_s1, cure.bias_s1, 0.004);
+    EXPECT_NEAR(found.bias_s2, cure.bias_s2, 0.004);
+    EXPECT_LT(Compare().median_normal_deg, right.median_normal_deg + 1);
+    StereoOptions as_given = options;
+    as_given.fit_polarization = false;
+    EstimateMaps(folder_, as_given, progress_);
+    EXPECT_GT(Compare().median_normal_deg, right.median_normal_deg + 1);
+  }
+}
+
+TEST_F(Sphere, ADamagedCorrectionIsNamed) {
+  Write(true);
+  CreateFolder(folder_ / "stereo");
+  WriteFileAtomically(folder_ / "stereo/polarization.json", "{\"turn_deg\": 1}");
+  try {
+    ReadWorkspace(folder_);
+    FAIL() << "no error";
+  } catch (const Error& e) {
+    EXPECT_NE(e.where().find("polarization.json"), std::string::npos) << e.what();
+  }
 }
 
 TEST_F(Sphere, OneAndTwoThreadsGiveTheSameBytes) {

@@ -239,5 +239,15 @@ TEST(Findings, AnglesThatDoNotFitTheShapeAreSaidAndNotPraised) {
   for (const json& finding : FindingsOf(data, "polarization")) EXPECT_FALSE(finding.value("good", false));
 }
 
+TEST(Findings, PolarizationThatWasCorrectedIsSaid) {
+  TemporaryFolder folder;
+  WriteToyScan(folder / "scan", 6);
+  SetCounts(folder / "scan", "stereo",
+            {{"angles", {{"wrong", false}, {"corrected", "turned by 5 degrees"}}}});
+  const auto angles = FindingsOf(ReportData(folder / "scan"), "angles");
+  ASSERT_EQ(angles.size(), 1u);
+  EXPECT_EQ(angles[0].at("text"), "Turned by 5 degrees.");
+}
+
 }  // namespace
 }  // namespace polarscan::test
