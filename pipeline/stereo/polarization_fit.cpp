@@ -22,8 +22,8 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr int kMostViews = 40, kSamples = 20000;
 constexpr double kLeastSlope =
-    0.26;                     // sine of the angle between normal and ray: an azimuth of flatter ones is noise
-constexpr int kEnough = 500;  // samples
+    0.26;  // sine of the angle between normal and ray: an azimuth of flatter ones is noise
+constexpr std::size_t kEnough = 500;  // samples
 // What is beyond doubt: so many deviations, and as much as matters.
 constexpr double kSigmas = 5, kLeastTurnDeg = 1.5, kLeastBias = 0.004;
 constexpr double kClearlyMirrored = 0.85;  // cost beside the other's
@@ -190,11 +190,8 @@ Spread SpreadOfViews(const std::vector<std::vector<Sample>>& of_views, const Mod
           std::hypot(SigmaOfMean(p, model.bias_p), SigmaOfMean(q, model.bias_q))};
 }
 
-}  // namespace
-
-PolarizationFit FitPolarization(const Workspace& workspace, const MapKind& kind, int halvings,
-                                Progress& progress) {
-  PolarizationFit fit;
+std::vector<std::vector<Sample>> SamplesOfViews(const Workspace& workspace, const MapKind& kind, int halvings,
+                                                Progress& progress) {
   const std::vector<int> views = SomeOf(int(workspace.views.size()));
   std::vector<std::vector<Sample>> of_views(views.size());
   progress.Begin("fit of the polarization", views.size());
@@ -203,9 +200,18 @@ PolarizationFit FitPolarization(const Workspace& workspace, const MapKind& kind,
     of_views[std::size_t(i)] =
         SamplesOf(workspace, views[std::size_t(i)], kind, halvings, kSamples / int(views.size()));
   });
+  return of_views;
+}
+
+}  // namespace
+
+PolarizationFit FitPolarization(const Workspace& workspace, const MapKind& kind, int halvings,
+                                Progress& progress) {
+  PolarizationFit fit;
+  std::vector<std::vector<Sample>> of_views = SamplesOfViews(workspace, kind, halvings, progress);
   std::vector<Sample> samples = Together(of_views);
   fit.samples = int(samples.size());
-  if (fit.samples < kEnough) return fit;
+  if (samples.size() < kEnough) return fit;
   const double scale = ScaleOf(samples);
   // Counted the other way? With a turn free both ways: a mirror's axis is anywhere.
   const std::vector<Sample> other = Mirrored(samples);
@@ -238,6 +244,15 @@ PolarizationFit FitPolarization(const Workspace& workspace, const MapKind& kind,
     fit.correction.bias_s2 = fit.correction.mirrored ? -model.bias_q : model.bias_q;
   }
   return fit;
+}
+
+PolarizationCorrection RefinedTurn(const Workspace& workspace, const MapKind& kind, int halvings,
+                                   Progress& progress) {
+  PolarizationCorrection correction = workspace.correction;
+  const std::vector<Sample> samples = Together(SamplesOfViews(workspace, kind, halvings, progress));
+  if (samples.size() < kEnough) return correction;
+  correction.turn_deg += Fitted(samples, {}, ScaleOf(samples), Free::kTurn).turn / 2 * 180 / kPi;
+  return correction;
 }
 
 std::string CorrectionWords(const PolarizationCorrection& c) {

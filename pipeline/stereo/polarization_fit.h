@@ -24,6 +24,10 @@ struct PolarizationFit {
 PolarizationFit FitPolarization(const Workspace& workspace, const MapKind& kind, int halvings,
                                 Progress& progress);
 
+// The workspace's correction with a better turn, from maps that were made with it: they know the shape better.
+PolarizationCorrection RefinedTurn(const Workspace& workspace, const MapKind& kind, int halvings,
+                                   Progress& progress);
+
 // "the angles of polarization are turned by 5.2 degrees, ..."; empty for none.
 std::string CorrectionWords(const PolarizationCorrection& correction);
 

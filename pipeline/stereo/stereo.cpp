@@ -81,8 +81,25 @@ std::optional<PolarizationCorrection> KnownCorrection(const Workspace& as_given,
   return found->correction;
 }
 
-// Looks for it in the maps of the coarsest size. Where they leave a doubt, again in maps that are made without
-// polarization. Of several shards the first one's counts for all.
+// Asks the maps of the coarsest size. Where they leave a doubt, again maps that are made without polarization; a turn
+// that those find is made better once by maps that are made with it.
+PolarizationCorrection AskShape(const Workspace& as_given, const StereoOptions& options, const Shard& shard,
+                                Progress& progress) {
+  const auto ask = [&](const Workspace& workspace, const StereoOptions& by, auto question) {
+    StepRunner steps(CutToObject(workspace, by), by, StereoInputHash(workspace, by), shard, progress);
+    const CoarseMaps coarse = RunCoarsest(steps);
+    return question(steps.workspace(), coarse.kind, coarse.halvings, progress);
+  };
+  if (!ask(as_given, options, FitPolarization).doubtful) return {};
+  StereoOptions without = options;
+  without.polarization = false;
+  Workspace corrected = as_given;
+  corrected.correction = ask(as_given, without, FitPolarization).correction;
+  if (corrected.correction.turn_deg == 0) return corrected.correction;
+  return ask(corrected, options, RefinedTurn);
+}
+
+// Looks for it if it is not known. Of several shards the first one's counts for all.
 PolarizationCorrection FindCorrection(const Workspace& as_given, const StereoOptions& options,
                                       const Shard& shard, Progress& progress) {
   if (options.schedule != "checkerboard" || !options.fit_polarization || !options.polarization ||
@@ -95,22 +112,10 @@ PolarizationCorrection FindCorrection(const Workspace& as_given, const StereoOpt
     if (done.IsDone(kFinalMaps) || done.IsDone(kSeparateMaps))
       return {};  // by a program that did not look for it
   }
-  const auto fit_by = [&](const StereoOptions& by) {
-    StepRunner steps(CutToObject(as_given, by), by, StereoInputHash(as_given, by), shard, progress);
-    const CoarseMaps coarse = RunCoarsest(steps);
-    return FitPolarization(steps.workspace(), coarse.kind, coarse.halvings, progress);
-  };
-  PolarizationFit fit = fit_by(options);
-  if (fit.doubtful) {
-    StereoOptions without = options;
-    without.polarization = false;
-    fit = fit_by(without);
-  } else {
-    fit.correction = {};
-  }
+  const PolarizationCorrection correction = AskShape(as_given, options, shard, progress);
   if (const auto known = KnownCorrection(as_given, options)) return *known;
-  WriteCorrection(as_given, {fit.correction, ToHex(inputs)});
-  return fit.correction;
+  WriteCorrection(as_given, {correction, ToHex(inputs)});
+  return correction;
 }
 
 }  // namespace

@@ -243,13 +243,13 @@ TEST_F(Sphere, PolarizationThatIsWrongInAllViewsIsFoundAndCorrected) {
     const PolarizationCorrection found = ReadWorkspace(folder_).correction;
     EXPECT_NEAR(found.turn_deg, cure.turn_deg, 2);
     EXPECT_EQ(found.mirrored, cure.mirrored);
-    EXPECT_NEAR(found.bias_s1, cure.bias_s1, 0.004);
-    EXPECT_NEAR(found.bias_s2, cure.bias_s2, 0.004);
-    EXPECT_LT(Compare().median_normal_deg, right.median_normal_deg + 1);
+    EXPECT_NEAR(found.bias_s1, cure.bias_s1, 0.01);  // of degrees of polarization up to 0.2
+    EXPECT_NEAR(found.bias_s2, cure.bias_s2, 0.01);
+    const double corrected = Compare().median_normal_deg;
     StereoOptions as_given = options;
     as_given.fit_polarization = false;
     EstimateMaps(folder_, as_given, progress_);
-    EXPECT_GT(Compare().median_normal_deg, right.median_normal_deg + 1);
+    EXPECT_LT(corrected, (right.median_normal_deg + Compare().median_normal_deg) / 2);
   }
 }
 
