@@ -136,11 +136,12 @@ TEST(EachOption, OfStereoChangesMaps) {
     return bytes;
   };
   StereoOptions options;
-  ExpectEachToMatter(Table(options), trials,
-                     {{"preset", "it stands for others, which the program sets"},
-                      {"fit-polarization", "it changes sets that are wrong (polarpms.Sphere.Polarization...)"},
-                      {"cache", "memory: the same bytes with any"}},
-                     maps);
+  ExpectEachToMatter(
+      Table(options), trials,
+      {{"preset", "it stands for others, which the program sets"},
+       {"fit-polarization", "it changes sets that are wrong (polarpms.Sphere.Polarization...)"},
+       {"cache", "memory: the same bytes with any"}},
+      maps);
 }
 
 TEST(EachOption, OfFusionChangesTheCloud) {
