@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/stereo/stereo.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <optional>
 #include <set>
 
 #include "core/files/files.h"
 #include "pipeline/stereo/acmmp.h"
 #include "pipeline/stereo/common_surface.h"
+#include "pipeline/stereo/find_correction.h"
 #include "pipeline/stereo/multilevel.h"
-#include "pipeline/stereo/polarization_fit.h"
 #include "pipeline/stereo/sequential.h"
 #include "pipeline/stereo/stage_inputs.h"
 #include "pipeline/stereo/surface_steps.h"
@@ -73,51 +70,6 @@ Workspace ReadAsGiven(const fs::path& dense) {
   return workspace;
 }
 
-// The correction that was found from these inputs and options; none if it was not looked for.
-std::optional<PolarizationCorrection> KnownCorrection(const Workspace& as_given,
-                                                      const StereoOptions& options) {
-  const auto found = ReadCorrection(as_given);
-  if (!found || found->inputs != ToHex(StereoInputHash(as_given, options))) return std::nullopt;
-  return found->correction;
-}
-
-// Asks the maps of the coarsest size. Where they leave a doubt, again maps that are made without polarization; a turn
-// that those find is made better once by maps that are made with it.
-PolarizationCorrection AskShape(const Workspace& as_given, const StereoOptions& options, const Shard& shard,
-                                Progress& progress) {
-  const auto ask = [&](const Workspace& workspace, const StereoOptions& by, auto question) {
-    StepRunner steps(CutToObject(workspace, by), by, StereoInputHash(workspace, by), shard, progress);
-    const CoarseMaps coarse = RunCoarsest(steps);
-    return question(steps.workspace(), coarse.kind, coarse.halvings, progress);
-  };
-  if (!ask(as_given, options, FitPolarization).doubtful) return {};
-  StereoOptions without = options;
-  without.polarization = false;
-  Workspace corrected = as_given;
-  corrected.correction = ask(as_given, without, FitPolarization).correction;
-  if (corrected.correction.turn_deg == 0) return corrected.correction;
-  return ask(corrected, options, RefinedTurn);
-}
-
-// Looks for it if it is not known. Of several shards the first one's counts for all.
-PolarizationCorrection FindCorrection(const Workspace& as_given, const StereoOptions& options,
-                                      const Shard& shard, Progress& progress) {
-  if (options.schedule != "checkerboard" || !options.fit_polarization || !options.polarization ||
-      !as_given.polarized || options.rounds == 0)
-    return {};
-  if (const auto known = KnownCorrection(as_given, options)) return *known;
-  const std::uint64_t inputs = StereoInputHash(as_given, options);
-  {
-    const DoneList done(as_given, inputs, shard);
-    if (done.IsDone(kFinalMaps) || done.IsDone(kSeparateMaps))
-      return {};  // by a program that did not look for it
-  }
-  const PolarizationCorrection correction = AskShape(as_given, options, shard, progress);
-  if (const auto known = KnownCorrection(as_given, options)) return *known;
-  WriteCorrection(as_given, {correction, ToHex(inputs)});
-  return correction;
-}
-
 }  // namespace
 
 void EstimateMaps(const fs::path& dense, const StereoOptions& asked, Progress& progress, const Shard& shard) {
@@ -127,9 +79,10 @@ void EstimateMaps(const fs::path& dense, const StereoOptions& asked, Progress& p
   Workspace workspace = ChosenViews(all, asked.views);
   const StereoOptions options = OptionsFor(workspace, asked);
   WarnOfPolarization(workspace, asked, options, progress);
-  workspace.correction = FindCorrection(workspace, options, shard, progress);
-  StepRunner steps(CutToObject(workspace, options), options, StereoInputHash(workspace, options), shard,
-                   progress);
+  const std::uint64_t inputs = StereoInputHash(workspace, options);
+  workspace.correction = FindCorrection(workspace, options, inputs, shard, progress);
+  StepRunner steps(CutToObject(workspace, options), options, WithCorrection(inputs, workspace.correction),
+                   shard, progress);
 
   // 2. Maps of each view, from its neighbours: coarse to fine, or in the passes of the paper. Not again where
   //    those for the surfaces are there: a single program would forget the surfaces' maps.
@@ -156,7 +109,8 @@ void EstimateMaps(const fs::path& dense, const StereoOptions& asked, Progress& p
 StereoPlan PlanMaps(const fs::path& dense, const StereoOptions& asked) {
   Workspace workspace = ChosenViews(ReadAsGiven(dense), asked.views);
   const StereoOptions options = OptionsFor(workspace, asked);
-  workspace.correction = KnownCorrection(workspace, options).value_or(PolarizationCorrection());
+  const std::uint64_t inputs = StereoInputHash(workspace, options);
+  workspace.correction = KnownCorrection(workspace, inputs).value_or(PolarizationCorrection());
   StereoPlan plan{int(workspace.views.size()), ObjectPixels(workspace, options), {}};
   if (options.schedule == "checkerboard") {
     plan.steps = MultilevelSteps(workspace, options);
@@ -167,7 +121,7 @@ StereoPlan PlanMaps(const fs::path& dense, const StereoOptions& asked) {
     plan.steps = {{"photometric pass", kPhotometricMaps}};
     if (options.geometric_iterations > 0) plan.steps.push_back({"geometric pass", kFinalMaps});
   }
-  const DoneList done(workspace, StereoInputHash(workspace, options));
+  const DoneList done(workspace, WithCorrection(inputs, workspace.correction));
   for (StereoStep& step : plan.steps) step.done = done.Count(step.kind);
   return plan;
 }
@@ -177,9 +131,6 @@ std::uint64_t StereoInputHash(const Workspace& workspace, const StereoOptions& o
       "cut to the object, grids for the surface";  // another text where maps of steps are of another kind
   std::uint64_t hash = Hash(ToText(ValuesOf(options)), Hash(kSteps));
   hash = HashFile(workspace.folder / "views.json", hash);
-  const PolarizationCorrection& c = workspace.correction;
-  if (c != PolarizationCorrection())
-    hash = Hash(fmt::format("{} {} {} {}", c.turn_deg, c.mirrored, c.bias_s1, c.bias_s2), hash);
   for (int view = 0; view < int(workspace.views.size()); ++view) {
     hash = HashFile(workspace.LightPath(view), hash);
     if (options.masks && fs::exists(workspace.MaskPath(view)))
