@@ -70,9 +70,6 @@ PolarizationCorrection FindCorrection(const Workspace& as_given, const StereoOpt
       !as_given.polarized || options.rounds == 0)
     return {};
   if (const auto known = KnownCorrection(as_given, inputs)) return *known;
-  const DoneList done(as_given, inputs, shard);
-  if (done.IsDone(kFinalMaps) || done.IsDone(kSeparateMaps))
-    return {};  // by a program that did not look for it
   if (shard.index > 0) return WaitForCorrection(as_given, inputs, shard, progress);
   const PolarizationCorrection correction = AskShape(as_given, options, inputs, progress);
   WriteCorrection(as_given, {correction, ToHex(inputs)});

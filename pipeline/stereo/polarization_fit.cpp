@@ -14,7 +14,7 @@
 #include "core/random.h"
 #include "core/statistics.h"
 #include "pipeline/coarse_normal.h"
-#include "stereo/map_io.h"
+#include "pipeline/stereo/stage_inputs.h"
 
 namespace polarscan {
 namespace {
@@ -61,7 +61,7 @@ std::optional<Eigen::Vector2d> MeanDegrees(const StokesImage& light, int x, int 
 
 std::vector<Sample> SamplesOf(const Workspace& workspace, int view, const MapKind& kind, int halvings,
                               int count) {
-  const Image<float> depth = ReadDepthMap(workspace.DepthPath(view, kind));
+  const Image<float> depth = ReadMaps(workspace, view, kind).depth;
   const StokesImage light = ReadViewLight(workspace, view);
   const Pinhole camera = workspace.views[std::size_t(view)].camera.Resized(depth.width(), depth.height());
   std::vector<int> pixels;
