@@ -16,24 +16,28 @@
 namespace polarscan {
 namespace {
 
-// Asks the maps of the coarsest size. Where they leave a doubt, again maps that are made without polarization; a turn
-// that those find is made better once by maps that are made with it.
-PolarizationCorrection AskShape(const Workspace& as_given, const StereoOptions& options, std::uint64_t inputs,
-                                Progress& progress) {
-  const auto ask = [&](const Workspace& workspace, const StereoOptions& by, std::uint64_t hash,
-                       auto question) {
-    StepRunner steps(CutToObject(workspace, by), by, hash, Shard(), progress);
-    const CoarseMaps coarse = RunCoarsest(steps);
-    return question(steps.workspace(), coarse.kind, coarse.halvings, progress);
-  };
-  if (!ask(as_given, options, inputs, FitPolarization).doubtful) return {};
+// question(workspace, coarse maps' kind, how often halved, progress), asked when they are there for all views.
+template <class Question>
+auto AskCoarsest(const Workspace& workspace, const StereoOptions& options, std::uint64_t hash,
+                 const Shard& shard, Progress& progress, Question&& question) {
+  StepRunner steps(CutToObject(workspace, options), options, hash, shard, progress);
+  const CoarseMaps coarse = RunCoarsest(steps);
+  return question(steps.workspace(), coarse.kind, coarse.halvings, progress);
+}
+
+// By maps that are made without polarization; a turn that those find is made better once by maps that are made with
+// it.
+PolarizationCorrection WhereThereIsDoubt(const Workspace& as_given, const StereoOptions& options,
+                                         std::uint64_t inputs, Progress& progress) {
   StereoOptions without = options;
   without.polarization = false;
   Workspace corrected = as_given;
   corrected.correction =
-      ask(as_given, without, StereoInputHash(as_given, without), FitPolarization).correction;
+      AskCoarsest(as_given, without, StereoInputHash(as_given, without), Shard(), progress, FitPolarization)
+          .correction;
   if (corrected.correction.turn_deg == 0) return corrected.correction;
-  return ask(corrected, options, WithCorrection(inputs, corrected.correction), RefinedTurn);
+  return AskCoarsest(corrected, options, WithCorrection(inputs, corrected.correction), Shard(), progress,
+                     RefinedTurn);
 }
 
 // Until the first shard has found it. Throws Error if it does not for as long as the shard is willing to wait.
@@ -70,8 +74,13 @@ PolarizationCorrection FindCorrection(const Workspace& as_given, const StereoOpt
       !as_given.polarized || options.rounds == 0)
     return {};
   if (const auto known = KnownCorrection(as_given, inputs)) return *known;
-  if (shard.index > 0) return WaitForCorrection(as_given, inputs, shard, progress);
-  const PolarizationCorrection correction = AskShape(as_given, options, inputs, progress);
+  if (shard.index > 0) {
+    AskCoarsest(as_given, options, inputs, shard, progress, [](const auto&...) { return 0; });
+    return WaitForCorrection(as_given, inputs, shard, progress);
+  }
+  const bool doubtful = AskCoarsest(as_given, options, inputs, shard, progress, FitPolarization).doubtful;
+  const PolarizationCorrection correction =
+      doubtful ? WhereThereIsDoubt(as_given, options, inputs, progress) : PolarizationCorrection();
   WriteCorrection(as_given, {correction, ToHex(inputs)});
   return correction;
 }

@@ -19,9 +19,9 @@ std::optional<PolarizationCorrection> KnownCorrection(const Workspace& as_given,
 // The hash for maps that are made with a correction: `inputs` itself without one.
 std::uint64_t WithCorrection(std::uint64_t inputs, const PolarizationCorrection& correction);
 
-// Looks for it, if it is not known, with maps of the coarsest size; those stay if nothing is wrong. Of several
-// shards the first one does, alone (its maps are thrown away if something is wrong, and the others must not
-// wait for them); the others wait for it. Throws Cancelled, and Error if a shard waits too long.
+// Looks for it, if it is not known, with maps of the coarsest size, which stay if nothing is wrong. Shards share
+// those out; then the first one looks, and the others wait for it. Throws Cancelled, and Error if a shard waits
+// too long.
 PolarizationCorrection FindCorrection(const Workspace& as_given, const StereoOptions& options,
                                       std::uint64_t inputs, const Shard& shard, Progress& progress);
 
