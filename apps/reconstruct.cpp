@@ -51,7 +51,8 @@ void RunStages(Scan& scan, const Input& input, const ReconstructArguments& a) {
 double StereoRate(const std::string& preset) {
   if (preset == "fast") return 24;
   if (preset == "best") return 70;
-  return preset == "paper" ? 90 : 35;
+  if (preset == "paper" || preset == "paper-real") return 220;
+  return preset == "colmap" || preset == "acmmp" ? 410 : 35;
 }
 
 // What stereo, which takes most of the time, would take.
