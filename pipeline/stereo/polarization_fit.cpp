@@ -26,7 +26,6 @@ constexpr double kLeastSlope =
 constexpr std::size_t kEnough = 500;  // samples
 // What is beyond doubt: so many deviations, and as much as matters.
 constexpr double kSigmas = 5, kLeastTurnDeg = 1.5, kLeastBias = 0.004;
-constexpr double kClearlyMirrored = 0.85;  // cost beside the other's
 // What makes a fit doubtful. Of sound sets the cost of mirrored angles is 1.6 times the other's.
 constexpr double kDoubtfulTurnDeg = 1.2, kDoubtfulBias = 0.004, kDoubtfulMirrored = 1.3;
 
@@ -190,6 +189,21 @@ Spread SpreadOfViews(const std::vector<std::vector<Sample>>& of_views, const Mod
           std::hypot(SigmaOfMean(p, model.bias_p), SigmaOfMean(q, model.bias_q))};
 }
 
+// By how many deviations the second model costs less than the first, from view to view; each of its own samples.
+double BetterBy(const std::vector<std::vector<Sample>>& first_views, const Model& first,
+                const std::vector<std::vector<Sample>>& second_views, const Model& second, double scale) {
+  std::vector<double> gains;
+  for (std::size_t v = 0; v < first_views.size(); ++v)
+    if (first_views[v].size() >= 50)
+      gains.push_back(MeanCost(first_views[v], first, scale) - MeanCost(second_views[v], second, scale));
+  if (gains.size() < 3) return 0;
+  double mean = 0, squares = 0;
+  const double n = double(gains.size());
+  for (double gain : gains) mean += gain / n;
+  for (double gain : gains) squares += (gain - mean) * (gain - mean);
+  return mean / std::max(1e-12, std::sqrt(squares / (n - 1) / n));
+}
+
 std::vector<std::vector<Sample>> SamplesOfViews(const Workspace& workspace, const MapKind& kind, int halvings,
                                                 Progress& progress) {
   const std::vector<int> views = SomeOf(int(workspace.views.size()));
@@ -215,12 +229,16 @@ PolarizationFit FitPolarization(const Workspace& workspace, const MapKind& kind,
   const double scale = ScaleOf(samples);
   // Counted the other way? With a turn free both ways: a mirror's axis is anywhere.
   const std::vector<Sample> other = Mirrored(samples);
-  const double as_given = MeanCost(samples, BestFit(samples, scale, Free::kTurn), scale),
-               mirrored = MeanCost(other, BestFit(other, scale, Free::kTurn), scale);
-  fit.correction.mirrored = mirrored < kClearlyMirrored * as_given;
+  const Model given_model = BestFit(samples, scale, Free::kTurn),
+              mirrored_model = BestFit(other, scale, Free::kTurn);
+  const double as_given = MeanCost(samples, given_model, scale),
+               mirrored = MeanCost(other, mirrored_model, scale);
+  std::vector<std::vector<Sample>> other_views;
+  for (const auto& own : of_views) other_views.push_back(Mirrored(own));
+  fit.correction.mirrored = BetterBy(of_views, given_model, other_views, mirrored_model, scale) > kSigmas;
   if (fit.correction.mirrored) {
     samples = other;
-    for (auto& own : of_views) own = Mirrored(std::move(own));
+    of_views = std::move(other_views);
   }
   Model model = BestFit(samples, scale, Free::kBoth);
   fit.doubtful = mirrored < kDoubtfulMirrored * as_given ||
@@ -237,7 +255,10 @@ PolarizationFit FitPolarization(const Workspace& workspace, const MapKind& kind,
   }
   fit.turn_sigma_deg = spread.turn / 2 * 180 / kPi, fit.bias_sigma = spread.bias;
   const double turn_deg = model.turn / 2 * 180 / kPi;
-  if (matters(turn_deg, fit.turn_sigma_deg, kLeastTurnDeg)) fit.correction.turn_deg = turn_deg;
+  const Model no_turn = bias ? BestFit(samples, scale, Free::kBias) : Model();
+  if (matters(turn_deg, fit.turn_sigma_deg, kLeastTurnDeg) &&
+      BetterBy(of_views, no_turn, of_views, model, scale) > kSigmas)
+    fit.correction.turn_deg = turn_deg;
   if (bias) {
     if (fit.correction.turn_deg == 0) model = BestFit(samples, scale, Free::kBias);
     fit.correction.bias_s1 = model.bias_p;
