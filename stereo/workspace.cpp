@@ -150,6 +150,8 @@ void WriteCorrection(const Workspace& workspace, const FoundCorrection& found) {
                                         {"inputs", found.inputs}});
 }
 
+void RemoveCorrection(const Workspace& workspace) { std::filesystem::remove(CorrectionPath(workspace)); }
+
 Workspace ChosenViews(const Workspace& workspace, const std::string& names) {
   if (names.empty()) return workspace;
   std::vector<bool> chosen(workspace.views.size(), false);

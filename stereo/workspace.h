@@ -69,6 +69,7 @@ struct FoundCorrection {
 };
 std::optional<FoundCorrection> ReadCorrection(const Workspace& workspace);
 void WriteCorrection(const Workspace& workspace, const FoundCorrection& found);
+void RemoveCorrection(const Workspace& workspace);
 
 // The view's light from LightPath, corrected: a photo's has S1 = S2 = 0 (8 bits: by gamma 2.2). In a view's window, as
 // the mask. Throws Error if the file is damaged or of another size than the camera.

@@ -71,8 +71,10 @@ std::uint64_t WithCorrection(std::uint64_t inputs, const PolarizationCorrection&
 PolarizationCorrection FindCorrection(const Workspace& as_given, const StereoOptions& options,
                                       std::uint64_t inputs, const Shard& shard, Progress& progress) {
   if (options.schedule != "checkerboard" || !options.fit_polarization || !options.polarization ||
-      !as_given.polarized || options.rounds == 0)
+      !as_given.polarized || options.rounds == 0) {
+    RemoveCorrection(as_given);  // of an earlier run: these maps are made without
     return {};
+  }
   if (const auto known = KnownCorrection(as_given, inputs)) return *known;
   if (shard.index > 0) {
     AskCoarsest(as_given, options, inputs, shard, progress, [](const auto&...) { return 0; });
