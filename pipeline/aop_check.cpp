@@ -15,14 +15,14 @@
 #include "core/parallel.h"
 #include "core/random.h"
 #include "fusion/cloud/maps.h"
-#include "pipeline/coarse_normal.h"
+#include "pipeline/coarse_shape.h"
 #include "stereo/costs/stereo_view.h"
 #include "stereo/map_io.h"
 
 namespace polarscan {
 namespace {
 
-constexpr int kMostAsked = 40, kMostPlaces = 4000;
+constexpr int kMostPlaces = 4000;
 constexpr int kNormals = 100;           // tried at a place
 constexpr double kConeDeg = 36;         // half the cone's angle: wrong angles bend coarse normals by less
 constexpr double kLeastWitness = 2;     // sum of the weights of the views at a place
@@ -48,16 +48,6 @@ struct Witness {
   float x = 0, y = 0;                    // normalised image point
 };
 
-// Evenly chosen, at most so many of those with maps.
-std::vector<int> SomeViews(const Workspace& workspace, const MapKind& kind) {
-  std::vector<int> with_maps, some;
-  for (int i = 0; i < int(workspace.views.size()); ++i)
-    if (HasMaps(workspace, i, kind)) with_maps.push_back(i);
-  const std::size_t count = std::min<std::size_t>(with_maps.size(), kMostAsked);
-  for (std::size_t i = 0; i < count; ++i) some.push_back(with_maps[i * with_maps.size() / count]);
-  return some;
-}
-
 // Empty if it is damaged: fusion says so.
 Image<float> ReadDepthIfSound(const std::filesystem::path& path) {
   try {
@@ -71,19 +61,10 @@ Image<float> ReadDepthIfSound(const std::filesystem::path& path) {
 void AddPlaces(const Image<float>& depth, const DenseView& view, Random random, int count,
                std::vector<SurfacePlace>& places) {
   const Pinhole camera = view.camera.Resized(depth.width(), depth.height());
-  std::vector<int> pixels;
-  for (std::size_t i = 0; i < depth.size(); ++i)
-    if (depth.pixels()[i] > 0) pixels.push_back(int(i));
-  if (pixels.empty()) return;
-  const int radius = CoarseRadius(depth.width(), pixels.size());
   const Rigid world_from_cam = view.cam_from_world.Inverse();
-  for (int i = 0; i < count; ++i) {
-    const int pixel = pixels[random.Below(std::uint32_t(pixels.size()))], x = pixel % depth.width(),
-              y = pixel / depth.width();
-    if (const auto normal = CoarseNormal(depth, camera, x, y, radius))
-      places.push_back({world_from_cam * Eigen::Vector3d(double(depth(x, y)) * camera.Ray(x + 0.5, y + 0.5)),
-                        world_from_cam.rotation * *normal});
-  }
+  for (const auto& [x, y, normal] : CoarseNormals(depth, camera, count, random))
+    places.push_back({world_from_cam * Eigen::Vector3d(double(depth(x, y)) * camera.Ray(x + 0.5, y + 0.5)),
+                      world_from_cam.rotation * normal});
 }
 
 std::vector<Witness> Ask(const std::vector<SurfacePlace>& places, const DenseView& view,

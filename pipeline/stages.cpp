@@ -89,8 +89,9 @@ std::string AnglesOfSomeDoNotFit(const AopFits& fits) {
 
 // Asks the maps whether the angles are counted as they were said to be; what is wrong is said, and told to
 // the report.
-nlohmann::json CheckAngles(const Scan& scan, const StereoOptions& options, Progress& progress) {
-  const AopFits fits = CheckAop(ChosenViews(ReadWorkspace(scan.dense()), options.views), options, progress);
+nlohmann::json CheckAngles(const Scan& scan, const Workspace& workspace, const StereoOptions& options,
+                           Progress& progress) {
+  const AopFits fits = CheckAop(workspace, options, progress);
   const AopFit& fit = fits.all;
   nlohmann::json counts = ToJson(fit);
   for (const auto& [name, own] : fits.odd) counts["odd"][name] = ToJson(own);
@@ -169,7 +170,7 @@ void RunStereo(Scan& scan, const StereoOptions& options) {
     const Workspace workspace = ChosenViews(ReadWorkspace(scan.dense()), options.views);
     nlohmann::json counts = {{"views", workspace.views.size()}};
     if (options.polarization) {
-      counts["angles"] = CheckAngles(scan, options, progress);
+      counts["angles"] = CheckAngles(scan, workspace, options, progress);
       const std::string corrected =
           AnglesWereCorrected(workspace.correction, scan.state().OptionsOf("views"));
       if (!corrected.empty()) {

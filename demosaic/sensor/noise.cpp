@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "core/statistics.h"
+
 namespace polarscan {
 namespace {
 
@@ -55,15 +57,12 @@ float Imbalance(const StokesImage& image, const Image<float>& redundancy) {
   for (std::size_t i = 0; i < redundancy.size(); i += kEvery)
     if (std::isfinite(image.noise.pixels()[i])) levels.push_back(image.s0.pixels()[i]);
   if (levels.size() < kEnough) return 0;
-  const auto bright = levels.begin() + std::ptrdiff_t(levels.size() * 3 / 4);
-  std::nth_element(levels.begin(), bright, levels.end());
+  const float bright = Quantile(std::move(levels), 0.75);
   for (std::size_t i = 0; i < redundancy.size(); i += kEvery)
-    if (std::isfinite(image.noise.pixels()[i]) && image.s0.pixels()[i] > 0 && image.s0.pixels()[i] >= *bright)
+    if (std::isfinite(image.noise.pixels()[i]) && image.s0.pixels()[i] > 0 && image.s0.pixels()[i] >= bright)
       shares.push_back(redundancy.pixels()[i] / image.s0.pixels()[i]);
-  if (shares.empty()) return 0;
-  const auto middle = shares.begin() + std::ptrdiff_t(shares.size() / 2);
-  std::nth_element(shares.begin(), middle, shares.end());
-  return std::abs(*middle) > kSmall ? *middle : 0;
+  const float middle = Quantile(std::move(shares), 0.5);
+  return std::abs(middle) > kSmall ? middle : 0;
 }
 
 // Nothing if too few pixels are valid; black background (S0 = 0) tells nothing and is left out.

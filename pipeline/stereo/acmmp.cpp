@@ -3,8 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <optional>
-
 #include "pipeline/stereo/enlarge.h"
 #include "pipeline/stereo/stage_inputs.h"
 #include "stereo/dense/levels.h"

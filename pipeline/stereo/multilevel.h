@@ -11,8 +11,8 @@ namespace polarscan {
 // kSeparateMaps where surfaces follow. Throws Cancelled.
 void RunMultilevel(StepRunner& steps);
 
-// The steps of the coarsest size only, which end with a round; none if it is the only one. What its maps are: kind,
-// and how often halved.
+// The first search and the rounds after it (options.rounds, one at least). Of what kind their maps are, and how
+// often their pictures are halved. Throws Cancelled.
 struct CoarseMaps {
   MapKind kind;
   int halvings = 0;

@@ -11,16 +11,15 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
-#include "core/random.h"
 #include "core/statistics.h"
-#include "pipeline/coarse_normal.h"
+#include "pipeline/coarse_shape.h"
 #include "pipeline/stereo/stage_inputs.h"
 
 namespace polarscan {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr int kMostViews = 40, kSamples = 20000;
+constexpr int kSamples = 20000;
 constexpr double kLeastSlope =
     0.26;  // sine of the angle between normal and ray: an azimuth of flatter ones is noise
 constexpr std::size_t kEnough = 500;  // samples
@@ -39,13 +38,6 @@ struct Model {
   double bias_p = 0, bias_q = 0;
 };
 
-std::vector<int> SomeOf(int count) {
-  std::vector<int> views;
-  const int some = std::min(count, kMostViews);
-  for (int i = 0; i < some; ++i) views.push_back(i * count / some);
-  return views;
-}
-
 // Mean of S1 / S0 and S2 / S0 over the pixels that one of the map covers; none if it is dark or invalid.
 std::optional<Eigen::Vector2d> MeanDegrees(const StokesImage& light, int x, int y, int size) {
   double s0 = 0, s1 = 0, s2 = 0;
@@ -63,23 +55,12 @@ std::vector<Sample> SamplesOf(const Workspace& workspace, int view, const MapKin
   const Image<float> depth = ReadMaps(workspace, view, kind).depth;
   const StokesImage light = ReadViewLight(workspace, view);
   const Pinhole camera = workspace.views[std::size_t(view)].camera.Resized(depth.width(), depth.height());
-  std::vector<int> pixels;
-  for (std::size_t i = 0; i < depth.size(); ++i)
-    if (depth.pixels()[i] > 0) pixels.push_back(int(i));
   std::vector<Sample> samples;
-  if (pixels.empty()) return samples;
-  const int radius = CoarseRadius(depth.width(), pixels.size());
-  Random random(7, std::uint64_t(view));
-  for (int i = 0; i < count; ++i) {
-    const int pixel = pixels[random.Below(std::uint32_t(pixels.size()))], x = pixel % depth.width(),
-              y = pixel / depth.width();
+  for (const auto& [x, y, n] : CoarseNormals(depth, camera, count, Random(7, std::uint64_t(view)))) {
     const auto degrees = MeanDegrees(light, x, y, 1 << halvings);
-    const auto normal = CoarseNormal(depth, camera, x, y, radius);
-    if (!degrees || !normal) continue;
     const Eigen::Vector3d ray = camera.Ray(x + 0.5, y + 0.5);
-    if (normal->cross(ray.normalized()).norm() < kLeastSlope) continue;
-    const double a = normal->x() - normal->z() * ray.x(), b = -(normal->y() - normal->z() * ray.y());
-    const double azimuth = std::atan2(b, a);
+    if (!degrees || n.cross(ray.normalized()).norm() < kLeastSlope) continue;
+    const double azimuth = std::atan2(-(n.y() - n.z() * ray.y()), n.x() - n.z() * ray.x());
     samples.push_back({degrees->x(), degrees->y(), std::cos(2 * azimuth), std::sin(2 * azimuth)});
   }
   return samples;
@@ -206,7 +187,7 @@ double BetterBy(const std::vector<std::vector<Sample>>& first_views, const Model
 
 std::vector<std::vector<Sample>> SamplesOfViews(const Workspace& workspace, const MapKind& kind, int halvings,
                                                 Progress& progress) {
-  const std::vector<int> views = SomeOf(int(workspace.views.size()));
+  const std::vector<int> views = SomeViews(workspace, kind);
   std::vector<std::vector<Sample>> of_views(views.size());
   progress.Begin("fit of the polarization", views.size());
   ParallelFor(0, int(views.size()), [&](int i) {
@@ -224,7 +205,6 @@ PolarizationFit FitPolarization(const Workspace& workspace, const MapKind& kind,
   PolarizationFit fit;
   std::vector<std::vector<Sample>> of_views = SamplesOfViews(workspace, kind, halvings, progress);
   std::vector<Sample> samples = Together(of_views);
-  fit.samples = int(samples.size());
   if (samples.size() < kEnough) return fit;
   const double scale = ScaleOf(samples);
   // Counted the other way? With a turn free both ways: a mirror's axis is anywhere.
@@ -253,10 +233,9 @@ PolarizationFit FitPolarization(const Workspace& workspace, const MapKind& kind,
     model = BestFit(samples, scale, Free::kTurn);
     spread = SpreadOfViews(of_views, model, scale, Free::kTurn);
   }
-  fit.turn_sigma_deg = spread.turn / 2 * 180 / kPi, fit.bias_sigma = spread.bias;
   const double turn_deg = model.turn / 2 * 180 / kPi;
   const Model no_turn = bias ? BestFit(samples, scale, Free::kBias) : Model();
-  if (matters(turn_deg, fit.turn_sigma_deg, kLeastTurnDeg) &&
+  if (matters(turn_deg, spread.turn / 2 * 180 / kPi, kLeastTurnDeg) &&
       BetterBy(of_views, no_turn, of_views, model, scale) > kSigmas)
     fit.correction.turn_deg = turn_deg;
   if (bias) {

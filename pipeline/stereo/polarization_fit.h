@@ -8,9 +8,7 @@ namespace polarscan {
 // What the finished depth maps say of the set's polarization. It is wrong for all views alike where a camera's
 // mounting is turned, its angles are counted the other way, or the gains of its four angles differ.
 struct PolarizationFit {
-  PolarizationCorrection correction;          // none, where nothing is clearly wrong
-  double turn_sigma_deg = 0, bias_sigma = 0;  // by how much views differ, for the mean of them
-  int samples = 0;
+  PolarizationCorrection correction;  // none, where nothing is clearly wrong
   // Whether something may be wrong, by much less. Maps that polarization helped to make tell no more: wrong angles
   // have bent them toward themselves.
   bool doubtful = false;
