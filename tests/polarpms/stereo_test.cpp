@@ -249,7 +249,8 @@ TEST_F(Sphere, PolarizationThatIsWrongInAllViewsIsFoundAndCorrected) {
     StereoOptions as_given = options;
     as_given.fit_polarization = false;
     EstimateMaps(folder_, as_given, progress_);
-    EXPECT_EQ(ReadWorkspace(folder_).correction, PolarizationCorrection());  // nothing is left of the other run
+    EXPECT_EQ(ReadWorkspace(folder_).correction,
+              PolarizationCorrection());  // nothing is left of the other run
     EXPECT_LT(corrected, (right.median_normal_deg + Compare().median_normal_deg) / 2);
   }
 }
