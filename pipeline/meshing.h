@@ -9,6 +9,7 @@
 #include "core/progress.h"
 #include "fusion/cloud/cloud.h"
 #include "fusion/surface/refinement/refine.h"
+#include "stereo/workspace.h"
 
 namespace polarscan {
 

@@ -14,7 +14,7 @@
 #include "pipeline/stereo/polarization_fit.h"
 #include "pipeline/stereo/stereo.h"
 #include "pipeline/views/views.h"
-#include "stereo/dense/mask_fit.h"
+#include "stereo/dense/masks/mask_fit.h"
 #include "stereo/sfm/known_poses.h"
 #include "stereo/sfm/verdict.h"
 #include "stereo/workspace.h"
@@ -156,11 +156,14 @@ void RunSfm(Scan& scan, const std::optional<fs::path>& known_model, const SfmOpt
 
 void RunDense(Scan& scan, const UndistortOptions& options) {
   scan.Run({"dense", ValuesOf(options)}, [&](Progress& progress) -> nlohmann::json {
-    Undistort(scan.views(), ReadSparseModel(scan.sfm() / "model"), scan.dense(), options, progress);
+    const std::string mended = MaskMendingWords(
+        Undistort(scan.views(), ReadSparseModel(scan.sfm() / "model"), scan.dense(), options, progress));
     const Workspace workspace = ReadWorkspace(scan.dense());
     const std::string doubt = MaskFitWords(MasksThatDoNotFit(workspace, progress));
     if (!doubt.empty()) progress.Warn(doubt);
-    return {{"views", workspace.views.size()}};
+    nlohmann::json counts = {{"views", workspace.views.size()}};
+    if (!mended.empty()) counts["masks"]["mended"] = mended;
+    return counts;
   });
 }
 

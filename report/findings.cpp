@@ -61,6 +61,12 @@ json CountsOf(const json& scan, const char* stage) {
   return scan.value("stages", json::object()).value(stage, json::object()).value("counts", json::object());
 }
 
+// With a capital and a full stop.
+std::string Sentence(std::string words) {
+  words[0] = char(std::toupper(words[0]));
+  return words + ".";
+}
+
 bool FewViewsAgree(const FindingsInput& input) {
   return !FewAgree(CountsOf(input.scan, "fusion"), input.min_views).empty();
 }
@@ -76,29 +82,27 @@ void FindPieces(const FindingsInput& input, json& list) {
 }
 
 void FindFewDepths(const json& scan, json& list) {
-  std::string few = FewDepths(CountsOf(scan, "fusion"));
-  if (few.empty()) return;
-  few[0] = char(std::toupper(few[0]));
-  list.push_back(Finding("depth", "Few pixels have a depth", few + "."));
+  const std::string few = FewDepths(CountsOf(scan, "fusion"));
+  if (!few.empty()) list.push_back(Finding("depth", "Few pixels have a depth", Sentence(few)));
 }
 
 json AnglesOf(const json& scan) { return CountsOf(scan, "stereo").value("angles", json::object()); }
 
 void FindWrongAngles(const json& scan, json& list) {
   const json angles = AnglesOf(scan);
-  const auto sentence = [&](const char* key) {
-    std::string text = angles.value(key, "") + ".";
-    text[0] = char(std::toupper(text[0]));
-    return text;
-  };
   if (angles.contains("corrected"))
-    list.push_back(Finding("angles", "The polarization was corrected", sentence("corrected")));
+    list.push_back(Finding("angles", "The polarization was corrected", Sentence(angles.at("corrected"))));
   if (!angles.contains("advice")) return;
-  const std::string text = sentence("advice");
+  const std::string text = Sentence(angles.at("advice"));
   list.push_back(Finding("angles",
                          angles.value("wrong", false) ? "The angles of polarization do not fit the shape"
                                                       : "The angles of polarization of some views do not fit",
                          text));
+}
+
+void FindMendedMasks(const json& scan, json& list) {
+  const std::string mended = CountsOf(scan, "dense").value("masks", json::object()).value("mended", "");
+  if (!mended.empty()) list.push_back(Finding("masks", "The masks were mended", Sentence(mended)));
 }
 
 void FindGaps(const std::vector<CameraPlace>& cameras, json& list) {
@@ -232,6 +236,7 @@ json Findings(const FindingsInput& input) {
   FindMissingPictures(input.scan, list);
   FindPieces(input, list);
   FindFewDepths(input.scan, list);
+  FindMendedMasks(input.scan, list);
   FindWrongAngles(input.scan, list);
   if (!input.cameras.empty()) {
     findings["coverage"] = Coverage(input.cameras);

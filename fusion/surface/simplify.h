@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "core/mesh.h"
+#include "fusion/mesh_topology.h"
 
 namespace polarscan {
 

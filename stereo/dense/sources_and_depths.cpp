@@ -83,13 +83,18 @@ void LeaveOutCopies(const SparseModel& model, Workspace& workspace, Progress& pr
       InWords(groups), kept.size(), all.size()));
 }
 
-void ChooseSourcesAndDepths(const SparseModel& model, const std::vector<CoarseMask>& masks,
-                            Workspace& workspace, Progress& progress) {
-  const std::vector<ScenePoint> points = ScenePoints(model, workspace.views);
-  const auto ranges = EstimateDepthRanges(workspace.views, points, masks, progress);
+void SetDepthRanges(const SparseModel& model, const std::vector<CoarseMask>& masks, Workspace& workspace,
+                    Progress& progress) {
+  const auto ranges =
+      EstimateDepthRanges(workspace.views, ScenePoints(model, workspace.views), masks, progress);
   for (std::size_t i = 0; i < ranges.size(); ++i)
     workspace.views[i].depth_min = ranges[i].min, workspace.views[i].depth_max = ranges[i].max;
-  const auto sources = ChooseSourceViews(workspace.views, points);
+}
+
+void ChooseSourcesAndDepths(const SparseModel& model, const std::vector<CoarseMask>& masks,
+                            Workspace& workspace, Progress& progress) {
+  SetDepthRanges(model, masks, workspace, progress);
+  const auto sources = ChooseSourceViews(workspace.views, ScenePoints(model, workspace.views));
   WarnOfRepeatedPlaces(workspace.views, progress);
   for (std::size_t i = 0; i < workspace.views.size(); ++i) {
     DenseView& view = workspace.views[i];

@@ -124,6 +124,17 @@ void ApplyDepthOptions(const UndistortOptions& options, DenseView& view) {
                 "Check depth-min and depth-max; they are in the units of the poses");
 }
 
+// Mends the masks, and what `masks` holds of them, with a warning.
+MaskMending Mend(const SparseModel& model, Workspace workspace, std::vector<CoarseMask>& masks,
+                 Progress& progress) {
+  SetDepthRanges(model, masks, workspace, progress);
+  const MaskMending mending = MendMasks(workspace, progress);
+  if (!mending.Any()) return mending;
+  for (int i = 0; i < int(masks.size()); ++i) masks[std::size_t(i)] = Coarsen(ReadViewMask(workspace, i));
+  progress.Warn(MaskMendingWords(mending));
+  return mending;
+}
+
 }  // namespace
 
 OptionTable Table(UndistortOptions& o) {
@@ -133,14 +144,18 @@ OptionTable Table(UndistortOptions& o) {
        "are",
        "px", 0, 100000},
       {"masks", &o.masks, "use the input's masks"},
+      {"mend-masks", &o.mend_masks,
+       "move the outlines of masks that are too wide or too narrow as a whole, and mend pieces that one mask "
+       "lacks "
+       "or has alone"},
       {"depth-min", &o.depth_min,
        "nearest depth of the scene, in units of the poses; 0: from masks, points or cameras", "", 0, 1e12},
       {"depth-max", &o.depth_max, "farthest depth of the scene; 0: as depth-min", "", 0, 1e12},
   };
 }
 
-void Undistort(const fs::path& views, const SparseModel& model, const fs::path& dense,
-               const UndistortOptions& options, Progress& progress) {
+MaskMending Undistort(const fs::path& views, const SparseModel& model, const fs::path& dense,
+                      const UndistortOptions& options, Progress& progress) {
   std::vector<Task> tasks;
   for (const auto& [id, image] : model.images)
     tasks.push_back(MakeTask(model, image, views, options.max_image_size));
@@ -165,10 +180,13 @@ void Undistort(const fs::path& views, const SparseModel& model, const fs::path& 
   });
   workspace.polarized = polarized;
 
+  const bool mend = options.masks && options.mend_masks;
+  const MaskMending mending = mend ? Mend(model, workspace, masks, progress) : MaskMending();
   ChooseSourcesAndDepths(model, masks, workspace, progress);
   for (DenseView& view : workspace.views) ApplyDepthOptions(options, view);
   WriteColmapWorkspace(workspace, model);
   WriteWorkspace(workspace);
+  return mending;
 }
 
 }  // namespace polarscan

@@ -4,6 +4,7 @@
 
 #include "core/options.h"
 #include "core/progress.h"
+#include "stereo/dense/masks/mend_masks.h"
 #include "stereo/sfm/model/camera_models.h"
 
 namespace polarscan {
@@ -11,6 +12,7 @@ namespace polarscan {
 struct UndistortOptions {
   int max_image_size = 0;
   bool masks = true;
+  bool mend_masks = true;
   double depth_min = 0, depth_max = 0;
 };
 OptionTable Table(UndistortOptions& options);
@@ -20,8 +22,10 @@ OptionTable Table(UndistortOptions& options);
 // components, pictures and masks, and the size is reduced if wanted; sources and depth ranges are chosen;
 // COLMAP's files are written. Views without distortion and at full size are copied bit for bit. A stereo/
 // folder with maps is left alone; everything else that was in `dense` is replaced, and views.json comes last.
+// Masks are mended (masks/mend_masks.h), with a warning that says how; returned is what was wrong with them.
 // Throws Error if a view's files are missing, damaged or of another size than the model's camera.
-void Undistort(const std::filesystem::path& views, const SparseModel& model,
-               const std::filesystem::path& dense, const UndistortOptions& options, Progress& progress);
+MaskMending Undistort(const std::filesystem::path& views, const SparseModel& model,
+                      const std::filesystem::path& dense, const UndistortOptions& options,
+                      Progress& progress);
 
 }  // namespace polarscan

@@ -239,6 +239,16 @@ TEST(Findings, AnglesThatDoNotFitTheShapeAreSaidAndNotPraised) {
   for (const json& finding : FindingsOf(data, "polarization")) EXPECT_FALSE(finding.value("good", false));
 }
 
+TEST(Findings, MasksThatWereMendedAreSaid) {
+  TemporaryFolder folder;
+  WriteToyScan(folder / "scan", 6);
+  EXPECT_TRUE(FindingsOf(ReportData(folder / "scan"), "masks").empty());
+  SetCounts(folder / "scan", "dense", {{"masks", {{"mended", "all were about 5 px too wide"}}}});
+  const auto masks = FindingsOf(ReportData(folder / "scan"), "masks");
+  ASSERT_EQ(masks.size(), 1u);
+  EXPECT_EQ(masks[0].at("text"), "All were about 5 px too wide.");
+}
+
 TEST(Findings, PolarizationThatWasCorrectedIsSaid) {
   TemporaryFolder folder;
   WriteToyScan(folder / "scan", 6);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/dense/mask_fit.h"
+#include "stereo/dense/masks/mask_fit.h"
 
 #include <fmt/format.h>
 
