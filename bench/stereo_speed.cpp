@@ -46,7 +46,7 @@ std::vector<Warp> Warps(int count) {
   return warps;
 }
 
-using Cost = float (*)(const Window&, const Patch&, const Warp&, const PackedImage&, float);
+using Cost = float (*)(const Window&, const Patch&, const Warp&, const PackedImage&, const Contrast&);
 
 double NanosecondsPerTap(Cost cost, const Window& window, const Patch& patch, const PackedImage& source,
                          const std::vector<Warp>& warps, int rounds) {

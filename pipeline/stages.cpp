@@ -11,7 +11,8 @@
 #include "core/words.h"
 #include "demosaic/sensor/layout.h"
 #include "pipeline/aop_check.h"
-#include "pipeline/stereo/polarization_fit.h"
+#include "pipeline/stereo/corrections/polarization_fit.h"
+#include "pipeline/stereo/corrections/pose_refinement.h"
 #include "pipeline/stereo/stereo.h"
 #include "pipeline/views/views.h"
 #include "stereo/dense/masks/mask_fit.h"
@@ -172,6 +173,10 @@ void RunStereo(Scan& scan, const StereoOptions& options) {
     EstimateMaps(scan.dense(), options, progress);
     const Workspace workspace = ChosenViews(ReadWorkspace(scan.dense()), options.views);
     nlohmann::json counts = {{"views", workspace.views.size()}};
+    if (const auto refined = ReadRefinedPoses(scan.dense()); refined && !refined->cam_from_world.empty()) {
+      counts["poses"]["refined"] = RefinedPosesWords(*refined);
+      progress.Warn(RefinedPosesWords(*refined));
+    }
     if (options.polarization) {
       counts["angles"] = CheckAngles(scan, workspace, options, progress);
       const std::string corrected =

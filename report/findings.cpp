@@ -100,6 +100,11 @@ void FindWrongAngles(const json& scan, json& list) {
                          text));
 }
 
+void FindRefinedPoses(const json& scan, json& list) {
+  const std::string refined = CountsOf(scan, "stereo").value("poses", json::object()).value("refined", "");
+  if (!refined.empty()) list.push_back(Finding("poses", "The poses were refined", Sentence(refined)));
+}
+
 void FindMendedMasks(const json& scan, json& list) {
   const std::string mended = CountsOf(scan, "dense").value("masks", json::object()).value("mended", "");
   if (!mended.empty()) list.push_back(Finding("masks", "The masks were mended", Sentence(mended)));
@@ -236,6 +241,7 @@ json Findings(const FindingsInput& input) {
   FindMissingPictures(input.scan, list);
   FindPieces(input, list);
   FindFewDepths(input.scan, list);
+  FindRefinedPoses(input.scan, list);
   FindMendedMasks(input.scan, list);
   FindWrongAngles(input.scan, list);
   if (!input.cameras.empty()) {

@@ -118,6 +118,8 @@ OptionTable Table(StereoOptions& o) {
        "correct angles that are turned or counted the other way, and gains of the four angles that differ, "
        "in all "
        "views alike, where the shape tells it clearly"},
+      {"refine-poses", &o.refine_poses,
+       "fit the poses to the first common surface, where they are clearly off (default, fast and best)"},
       {"seed", &o.seed, "random numbers; the same seed gives the same bytes", "", 0, 2147483647},
       {"views", &o.views,
        "only the views with these names, separated by commas; * and ? as in a shell: 0*,left/1?; "

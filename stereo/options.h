@@ -15,6 +15,7 @@ struct StereoOptions {
   bool masks = true;
   bool filter = true;
   bool fit_polarization = true;
+  bool refine_poses = true;
   int seed = 1;
   std::string views;
 

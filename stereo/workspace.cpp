@@ -13,6 +13,7 @@
 #include "core/formats/image_io.h"
 #include "core/words.h"
 #include "demosaic/polar_view.h"
+#include "stereo/refined_poses.h"
 
 namespace polarscan {
 namespace {
@@ -101,7 +102,7 @@ std::filesystem::path Workspace::LightPath(int view) const {
   return std::filesystem::exists(stokes) ? stokes : PicturePath(view);
 }
 
-Workspace ReadWorkspace(const std::filesystem::path& folder) {
+Workspace ReadWorkspaceAsGiven(const std::filesystem::path& folder) {
   const auto path = folder / "views.json";
   if (!std::filesystem::exists(path)) throw Error("no dense workspace here", folder.string(), kAdvice);
   Workspace workspace;
@@ -123,7 +124,13 @@ Workspace ReadWorkspace(const std::filesystem::path& folder) {
     if (!IsSound(workspace.views[i], i, count))
       throw Error(fmt::format("impossible values for view {}", workspace.views[i].name), path.string(),
                   kAdvice);
+  return workspace;
+}
+
+Workspace ReadWorkspace(const std::filesystem::path& folder) {
+  Workspace workspace = ReadWorkspaceAsGiven(folder);
   if (const auto found = ReadCorrection(workspace)) workspace.correction = found->correction;
+  if (const auto refined = ReadRefinedPoses(folder)) workspace = WithPoses(std::move(workspace), *refined);
   return workspace;
 }
 

@@ -21,7 +21,8 @@ namespace polarscan {
 //   masks/NAME.png      undistorted masks, 255 = object (optional)
 //   stereo/depth_maps/NAME.png.{photometric,geometric}.bin, stereo/normal_maps/..., patch-match.cfg,
 //   fusion.cfg          for COLMAP
-//   stereo/polarization.json   what is wrong with all views' polarization (pipeline/stereo/polarization_fit.h)
+//   stereo/poses.json   poses that fit the surface better (stereo/refined_poses.h)
+//   stereo/polarization.json   what is wrong with all views' polarization (pipeline/stereo/corrections/polarization_fit.h)
 //   views.json          what COLMAP's files cannot hold: the cameras at pixel centres, depth ranges, sources
 // NAME is the input picture's stem. stereo/ holds other kinds of maps while it is made. A workspace that
 // COLMAP made (stereo/dense/colmap/colmap_workspace.h) holds plain photos: no polar/, pictures of any kind
@@ -54,8 +55,11 @@ struct Workspace {
   }
 };
 
-// Reads views.json, and stereo/polarization.json if there is one. Throws Error if the folder holds no workspace of ours or a damaged one.
+// Reads views.json, and stereo/polarization.json and stereo/poses.json if they are there. Throws Error if the folder
+// holds no workspace of ours or a damaged one.
 Workspace ReadWorkspace(const std::filesystem::path& folder);
+// Of views.json alone: neither polarization nor poses are corrected.
+Workspace ReadWorkspaceAsGiven(const std::filesystem::path& folder);
 // The views with one of these names, and what they say of each other. names: separated by commas, with * and
 // ? as in a shell; empty: all. Throws Error if a name is none of a view, or fewer than two are left.
 Workspace ChosenViews(const Workspace& workspace, const std::string& names);

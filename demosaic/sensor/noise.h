@@ -23,7 +23,7 @@ NoiseModel SensorNoise(const Sensor& sensor);
 //   sets.
 //     Polarizers of unequal gain show in it. Up to 1 % of S0 that counts, for it makes S1 and S2 wrong just as
 //     noise does; what is more, and the same share everywhere, is left out: stereo corrects it by the shape
-//     (pipeline/stereo/polarization_fit.h);
+//     (pipeline/stereo/corrections/polarization_fit.h);
 //   mixed second differences of S1 and S2 (sd sqrt(72) sigma): see no noise that is smooth, as in compressed
 //   pictures.
 // Blocks are sorted by brightness into bins, whose quiet tenth tells the noise without the

@@ -7,15 +7,17 @@
 #include "core/files/files.h"
 #include "pipeline/stereo/acmmp.h"
 #include "pipeline/stereo/common_surface.h"
-#include "pipeline/stereo/find_correction.h"
+#include "pipeline/stereo/corrections/find_correction.h"
 #include "pipeline/stereo/multilevel.h"
 #include "pipeline/stereo/sequential.h"
 #include "pipeline/stereo/stage_inputs.h"
 #include "pipeline/stereo/surface_steps.h"
+
 #include "pipeline/workspace_views.h"
 #include "stereo/dense/crop.h"
 #include "stereo/dense/levels.h"
 #include "stereo/dense/load_view.h"
+#include "stereo/refined_poses.h"
 
 namespace polarscan {
 namespace {
@@ -63,26 +65,19 @@ void RemoveMapsLeft(StepRunner& steps) {
   done.KeepOnly(kFinalMaps);
 }
 
-// The workspace, with no polarization corrected.
-Workspace ReadAsGiven(const fs::path& dense) {
-  Workspace workspace = ReadWorkspace(dense);
-  workspace.correction = {};
-  return workspace;
-}
-
 }  // namespace
 
 void EstimateMaps(const fs::path& dense, const StereoOptions& asked, Progress& progress, const Shard& shard) {
   // 1. The views that are asked for, each cut to its object; the options that help them; what is wrong with all
   //    views' polarization.
-  const Workspace all = ReadAsGiven(dense);
+  const Workspace all = ReadWorkspaceAsGiven(dense);
   Workspace workspace = ChosenViews(all, asked.views);
   const StereoOptions options = OptionsFor(workspace, asked);
   WarnOfPolarization(workspace, asked, options, progress);
   const std::uint64_t inputs = StereoInputHash(workspace, options);
   workspace.correction = FindCorrection(workspace, options, inputs, shard, progress);
-  StepRunner steps(CutToObject(workspace, options), options, WithCorrection(inputs, workspace.correction),
-                   shard, progress);
+  const std::uint64_t corrected = WithCorrection(inputs, workspace.correction);
+  StepRunner steps(CutToObject(workspace, options), options, corrected, shard, progress);
 
   // 2. Maps of each view, from its neighbours: coarse to fine, or in the passes of the paper. Not again where
   //    those for the surfaces are there: a single program would forget the surfaces' maps.
@@ -98,8 +93,9 @@ void EstimateMaps(const fs::path& dense, const StereoOptions& asked, Progress& p
   }
   if (!steps.alone()) return;
 
-  // 3. The surface common to all views, drawn into each map; and the filter.
-  if (surfaces && !done) RunSurfaceSteps(steps);
+  // 3. The surface common to all views, which the poses are fitted to, drawn into each map; and the filter.
+  if (!surfaces || !options.refine_poses) RemoveRefinedPoses(dense);
+  if (surfaces && !done) RunSurfaceSteps(steps, ToHex(corrected));
 
   // 4. What is left of the way. Last, so that nothing is lost if this run fails.
   if (surfaces) RemoveMapsLeft(steps);
@@ -107,7 +103,7 @@ void EstimateMaps(const fs::path& dense, const StereoOptions& asked, Progress& p
 }
 
 StereoPlan PlanMaps(const fs::path& dense, const StereoOptions& asked) {
-  Workspace workspace = ChosenViews(ReadAsGiven(dense), asked.views);
+  Workspace workspace = ChosenViews(ReadWorkspaceAsGiven(dense), asked.views);
   const StereoOptions options = OptionsFor(workspace, asked);
   const std::uint64_t inputs = StereoInputHash(workspace, options);
   workspace.correction = KnownCorrection(workspace, inputs).value_or(PolarizationCorrection());

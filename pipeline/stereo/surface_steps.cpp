@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "pipeline/stereo/common_surface.h"
+#include "pipeline/stereo/corrections/pose_refinement.h"
 #include "pipeline/stereo/stage_inputs.h"
 #include "stereo/dense/load_view.h"
 #include "stereo/map_io.h"
@@ -43,10 +44,18 @@ double MeanChange(const Workspace& workspace, const MapKind& before, const MapKi
   return all > 0 ? std::accumulate(sums.begin(), sums.end(), 0.0) / all : 0;
 }
 
+// Those that were refined from the same inputs.
+std::optional<RefinedPoses> KnownPoses(const Workspace& workspace, const std::string& inputs) {
+  std::optional<RefinedPoses> refined = ReadRefinedPoses(workspace.folder);
+  if (refined && refined->inputs != inputs) refined.reset();
+  return refined;
+}
+
 // None, with a warning, if the maps make none.
-std::optional<CommonSurface> TryCommonSurface(const StepRunner& steps, const MapKind& maps) {
+std::optional<CommonSurface> TryCommonSurface(const StepRunner& steps, const Workspace& workspace,
+                                              const MapKind& maps) {
   try {
-    return MakeCommonSurface(steps.workspace(), maps, steps.options(), steps.progress());
+    return MakeCommonSurface(workspace, maps, steps.options(), steps.progress());
   } catch (const NothingFound& error) {
     steps.progress().Warn(
         fmt::format("the views' maps stay separate, which is less accurate: {}", error.what()));
@@ -54,12 +63,17 @@ std::optional<CommonSurface> TryCommonSurface(const StepRunner& steps, const Map
   }
 }
 
-// Makes the maps `after` of those `before`. Returns false if they make no surface, and are the same.
-bool Draw(StepRunner& steps, const MapKind& before, const MapKind& after, bool try_surface) {
+// Makes the maps `after` of those `before`. Returns false if they make no surface, and are the same. workspace: the
+// steps', with the poses that are known by now; the first surface refines them (inputs: what it is made from).
+bool Draw(StepRunner& steps, const MapKind& before, const MapKind& after, bool try_surface,
+          const std::string& inputs, Workspace& workspace) {
   if (steps.done().IsDone(after)) return try_surface;
-  const Workspace& workspace = steps.workspace();
   const std::optional<CommonSurface> surface =
-      try_surface ? TryCommonSurface(steps, before) : std::optional<CommonSurface>();
+      try_surface ? TryCommonSurface(steps, before == kSeparateMaps ? steps.workspace() : workspace, before)
+                  : std::optional<CommonSurface>();
+  if (surface && before == kSeparateMaps && steps.options().refine_poses && !KnownPoses(workspace, inputs))
+    workspace = WithPoses(workspace, RefinePoses(surface->caster.meshes()[0], steps.workspace(),
+                                                 steps.options(), inputs, steps.progress()));
   steps.Run("maps from the surface", after, [&](int view) {
     const DepthNormalMap own = ReadMaps(workspace, view, before);
     const bool masked = steps.options().masks && fs::exists(workspace.MaskPath(view));
@@ -69,8 +83,7 @@ bool Draw(StepRunner& steps, const MapKind& before, const MapKind& after, bool t
 }
 
 // By the support that the other views' separate maps give these depths.
-void Filter(StepRunner& steps, const MapKind& before) {
-  const Workspace& workspace = steps.workspace();
+void Filter(StepRunner& steps, const Workspace& workspace, const MapKind& before) {
   const StereoOptions& options = steps.options();
   Cache<StereoView> views = CachedViews(workspace, options, GrayScale(workspace));
   Cache<DepthNormalMap> separate =
@@ -88,18 +101,23 @@ void Filter(StepRunner& steps, const MapKind& before) {
 
 }  // namespace
 
-void RunSurfaceSteps(StepRunner& steps) {
+void RunSurfaceSteps(StepRunner& steps, const std::string& inputs) {
   const StereoOptions& options = steps.options();
+  Workspace workspace = steps.workspace();
+  if (const auto known = KnownPoses(workspace, inputs))
+    workspace = WithPoses(workspace, *known);
+  else
+    RemoveRefinedPoses(workspace.folder);  // of an earlier run
   MapKind maps = kSeparateMaps;
   bool try_surface = true;
   for (int number = 1; number <= options.surfaces; ++number) {
     const MapKind before = std::exchange(maps, SurfaceMaps(number));
-    try_surface = Draw(steps, before, maps, try_surface);
+    try_surface = Draw(steps, before, maps, try_surface, inputs, workspace);
     const bool asks = number > 1 && number < options.surfaces;
-    if (asks && MeanChange(steps.workspace(), before, maps) < options.surface_change_px) break;
+    if (asks && MeanChange(workspace, before, maps) < options.surface_change_px) break;
   }
   if (options.filter)
-    Filter(steps, maps);  // after the drawing: the surface is gone from memory
+    Filter(steps, workspace, maps);  // after the drawing: the surface is gone from memory
   else
     steps.Run("final maps", kFinalMaps, [&](int view) { return ReadMaps(steps.workspace(), view, maps); });
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/stereo/polarization_fit.h"
+#include "pipeline/stereo/corrections/polarization_fit.h"
 
 #include <fmt/format.h>
 

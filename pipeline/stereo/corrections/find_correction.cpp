@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/stereo/find_correction.h"
+#include "pipeline/stereo/corrections/find_correction.h"
 
 #include <fmt/format.h>
 
@@ -8,8 +8,8 @@
 
 #include "core/error.h"
 #include "core/files/files.h"
+#include "pipeline/stereo/corrections/polarization_fit.h"
 #include "pipeline/stereo/multilevel.h"
-#include "pipeline/stereo/polarization_fit.h"
 #include "pipeline/stereo/stereo.h"
 #include "stereo/dense/crop.h"
 
