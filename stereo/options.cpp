@@ -72,6 +72,21 @@ StereoOptions AsAcmmp(StereoOptions options) {
   return options;
 }
 
+// Cui, Gu, Shi, Tan, Kautz, CVPR 2017: a strict filter of what is found without polarization, for it is spread.
+StereoOptions AsPolarimetricMvs(StereoOptions options) {
+  options = Sequential(std::move(options));
+  options.schedule = "polarimetric-mvs";
+  options.depth_normal = false;
+  options.photometric_iterations = 4;
+  options.geometric_iterations = 3;
+  options.sources = 10;
+  options.geometric_weight = 0.2;
+  options.filter_min_ncc = 0.6;
+  options.filter_min_variance = 4.0;
+  options.filter_min_consistent = 3;
+  return options;
+}
+
 }  // namespace
 
 StereoOptions StereoPreset(const std::string& name) {
@@ -95,7 +110,9 @@ StereoOptions StereoPreset(const std::string& name) {
   if (name == "paper-real") return ForRealPictures(Published(std::move(options)));
   if (name == "colmap") return AsColmap(std::move(options));
   if (name == "acmmp") return AsAcmmp(std::move(options));
-  throw Error("no such preset", name, "Choose one of: fast, default, best, paper, paper-real, colmap, acmmp");
+  if (name == "polarimetric-mvs") return AsPolarimetricMvs(std::move(options));
+  throw Error("no such preset", name,
+              "Choose one of: fast, default, best, paper, paper-real, colmap, acmmp, polarimetric-mvs");
 }
 
 OptionTable Table(StereoOptions& o) {
@@ -105,11 +122,13 @@ OptionTable Table(StereoOptions& o) {
        "default: PolarPMS with the cures that measurements asked for; fast, best: the same with fewer or "
        "more "
        "source views and refinements; paper, paper-real: PolarPMS as published, with its constants for "
-       "rendered and for real pictures; colmap, acmmp: rivals of it, without polarization",
+       "rendered and for real pictures; colmap, acmmp: rivals of it, without polarization; polarimetric-mvs: "
+       "a rival "
+       "with polarization",
        "",
        0,
        0,
-       {"fast", "default", "best", "paper", "paper-real", "colmap", "acmmp"}},
+       {"fast", "default", "best", "paper", "paper-real", "colmap", "acmmp", "polarimetric-mvs"}},
       {"polarization", &o.polarization, "use the polarimetric consistency, eq. (7)"},
       {"depth-normal", &o.depth_normal, "use the depth-normal consistency, eq. (10)"},
       {"masks", &o.masks, "estimate only inside the masks"},
@@ -127,11 +146,12 @@ OptionTable Table(StereoOptions& o) {
       {"schedule",
        &o.schedule,
        "sequential: four sweeps an iteration, a photometric and a geometric pass, as published; "
-       "checkerboard: coarse to fine, with rounds across views; acmmp: coarse to fine, with planar priors",
+       "checkerboard: coarse to fine, with rounds across views; acmmp: coarse to fine, with planar priors; "
+       "polarimetric-mvs: points that views agree on, spread along contours of equal distance",
        "",
        0,
        0,
-       {"sequential", "checkerboard", "acmmp"}},
+       {"sequential", "checkerboard", "acmmp", "polarimetric-mvs"}},
       {"levels", &o.levels,
        "checkerboard: most picture sizes, each twice the one before; fewer for small objects", "", 1, 6},
       {"search-levels", &o.search_levels,

@@ -9,6 +9,7 @@
 #include "pipeline/stereo/common_surface.h"
 #include "pipeline/stereo/corrections/find_correction.h"
 #include "pipeline/stereo/multilevel.h"
+#include "pipeline/stereo/polarimetric_mvs.h"
 #include "pipeline/stereo/sequential.h"
 #include "pipeline/stereo/stage_inputs.h"
 #include "pipeline/stereo/surface_steps.h"
@@ -88,6 +89,8 @@ void EstimateMaps(const fs::path& dense, const StereoOptions& asked, Progress& p
       RunMultilevel(steps);
     else if (options.schedule == "acmmp")
       RunAcmmp(steps);
+    else if (options.schedule == "polarimetric-mvs")
+      RunPolarimetricMvs(steps);
     else
       RunSequential(steps);
   }
@@ -113,6 +116,8 @@ StereoPlan PlanMaps(const fs::path& dense, const StereoOptions& asked) {
     if (options.surfaces > 0) plan.steps.push_back({"maps from the common surface", kFinalMaps});
   } else if (options.schedule == "acmmp") {
     plan.steps = AcmmpSteps(workspace, options);
+  } else if (options.schedule == "polarimetric-mvs") {
+    plan.steps = PolarimetricMvsSteps();
   } else {
     plan.steps = {{"photometric pass", kPhotometricMaps}};
     if (options.geometric_iterations > 0) plan.steps.push_back({"geometric pass", kFinalMaps});

@@ -178,7 +178,7 @@ TEST_F(Sphere, PaperPresetWithoutItsTermsIsPlainPatchMatchAndWorksOnTexture) {
 
 TEST_F(Sphere, RivalsFindDepthAndNormalsOfATexturedSphere) {
   Write(true);
-  for (const char* preset : {"colmap", "acmmp"}) {
+  for (const char* preset : {"colmap", "acmmp", "polarimetric-mvs"}) {
     StereoOptions options = Quick(preset);
     options.geometric_iterations = 2;
     options.sigma_color = 0.2;  // acmmp's is for finer textures
@@ -269,7 +269,7 @@ TEST_F(Sphere, ADamagedCorrectionIsNamed) {
 
 TEST_F(Sphere, OneAndTwoThreadsGiveTheSameBytes) {
   Write(true);
-  for (const char* preset : {"default", "paper", "acmmp"}) {
+  for (const char* preset : {"default", "paper", "acmmp", "polarimetric-mvs"}) {
     StereoOptions options = Quick(preset);
     options.continuous_iterations = 2;
     std::string bytes[2];
@@ -373,7 +373,7 @@ TEST_F(Sphere, VisualHullOfItsSilhouettesContainsTheSurface) {
 }
 
 TEST_F(Sphere, ShardsMakeTheSameBytesAsOneProgram) {
-  for (const char* preset : {"default", "paper", "acmmp"}) {
+  for (const char* preset : {"default", "paper", "acmmp", "polarimetric-mvs"}) {
     Write(true);
     EstimateMaps(folder_, Quick(preset), progress_);
     const std::string alone = AllBytes();

@@ -18,7 +18,7 @@ namespace polarscan {
 namespace {
 
 constexpr std::size_t kMostViews = 40;
-constexpr int kMostPixels = 400, kLongestSide = 400, kDepthSteps = 128;
+constexpr int kMostPixels = 400, kLongestPicture = 400, kDepthSteps = 128;
 constexpr int kExcluders = 2;       // one bad mask spoils none of the others
 constexpr std::size_t kFewest = 4;  // masks that can tell
 constexpr double kMuch = 0.2, kMostOfThem = 0.4;
@@ -68,7 +68,7 @@ std::vector<Outline> Outlines(const Workspace& workspace, Progress& progress) {
     const int index = masked[std::size_t(k) * masked.size() / count];
     const DenseView& view = workspace.views[std::size_t(index)];
     const double scale =
-        std::min(1.0, double(kLongestSide) / std::max(view.camera.width, view.camera.height));
+        std::min(1.0, double(kLongestPicture) / std::max(view.camera.width, view.camera.height));
     const int width = std::max(1, int(view.camera.width * scale)),
               height = std::max(1, int(view.camera.height * scale));
     Outline& outline = outlines[std::size_t(k)];
