@@ -79,20 +79,37 @@ TriangleMesh SurfaceOf(const std::vector<CloudPoint>& cloud, const Workspace& wo
   return mesh;
 }
 
+// The user's mesh, from the frame of the given poses into the workspace's.
+CloudSurface GivenSurface(const std::vector<CloudPoint>& cloud, const Workspace& workspace,
+                          const MeshOptions& options, const MeshSummary& summary) {
+  CloudSurface surface{ReadMesh(options.from), {}};
+  if (surface.mesh.triangles.empty()) throw Error("a mesh without triangles", options.from);
+  for (Eigen::Vector3d& vertex : surface.mesh.vertices) vertex -= workspace.offset;
+  ComputeVertexNormals(surface.mesh);
+  for (double distance : NearestDistances(Positions(cloud), surface.mesh.vertices))
+    surface.far.push_back(distance > options.trim_cells * summary.cell);
+  return surface;
+}
+
 // Refined, if that was asked for and there is something to go by; for that its triangles get as small as
 // pixels.
 void Refine(CloudSurface& surface, const std::vector<CloudPoint>& cloud, const Workspace& workspace,
             const MeshOptions& options, MeshSummary& summary, Progress& progress) {
   if (!options.refinement.refine) return;
   const SurfaceViews views = ViewsOfWorkspace(workspace);
-  if (!CanRefine(views, options.refinement))
+  const bool mvir = options.refine_method == "mvir";
+  if (!mvir && !CanRefine(views, options.refinement))
     return progress.Info("there is neither polarization nor a mask: the mesh is not refined");
   const double edge = options.edge_px * PixelSize(cloud, workspace);
   while (edge > 0 && MeanEdge(surface.mesh) > edge && 4 * surface.mesh.vertices.size() < kMostVertices)
     surface.mesh = Subdivided(surface.mesh, surface.far);
   surface.mesh =
-      RefineMesh(surface.mesh, surface.far, views, options.refinement, summary.refinement, progress);
+      mvir ? RenderInversely(surface.mesh, views, options.refinement.polarization && views.polarized,
+                             options.mvir, summary.mvir, progress)
+                 .mesh
+           : RefineMesh(surface.mesh, surface.far, views, options.refinement, summary.refinement, progress);
   summary.refined = true;
+  summary.refine_method = options.refine_method;
 }
 
 }  // namespace
@@ -122,9 +139,18 @@ OptionTable Table(MeshOptions& o) {
       {"faces", &o.faces, "Triangles of the mesh at most; 0: as many as it has", "", 0, 1e9},
       {"silhouette-margin", &o.silhouette_margin_px,
        "Surface outside of two views' masks by more than this is a hole, too", "px", 0, 100},
+      {"mesh-from", &o.from,
+       "This mesh (PLY, OBJ, STL; in the frame of the poses) instead of the cloud's; holes stay as they are"},
+      {"refine-method",
+       &o.refine_method,
+       "own: our refinement; mvir: Polarimetric MVIR (rendering, AoP and smoothness at once), a rival",
+       "",
+       0,
+       0,
+       {"own", "mvir"}},
   };
-  const OptionTable refinement = Table(o.refinement);
-  table.insert(table.end(), refinement.begin(), refinement.end());
+  for (const OptionTable& part : {Table(o.refinement), Table(o.mvir)})
+    table.insert(table.end(), part.begin(), part.end());
   return table;
 }
 
@@ -140,7 +166,13 @@ nlohmann::json ToJson(const MeshSummary& s) {
                          {"pieces_dropped", s.pieces_dropped},
                          {"filled_area", s.filled_area},
                          {"refined", s.refined}};
-  if (s.refined)
+  if (s.refined && s.refine_method == "mvir")
+    json["refinement"] = {{"method", s.refine_method},
+                          {"views_per_vertex", s.mvir.views_per_vertex},
+                          {"mean_move", s.mvir.mean_move},
+                          {"cost_before", s.mvir.cost_before},
+                          {"cost_after", s.mvir.cost_after}};
+  else if (s.refined)
     json["refinement"] = {{"views_per_vertex", s.refinement.views_per_vertex},
                           {"mean_move", s.refinement.mean_move},
                           {"outline_vertices", s.refinement.outline_vertices}};
@@ -168,7 +200,10 @@ CloudSurface MakeSurface(const std::vector<CloudPoint>& cloud, const Workspace& 
                          const MeshOptions& options, MeshSummary& summary, Progress& progress) {
   CloudSurface surface;
   summary = PlanSurface(cloud, options);
-  surface.mesh = SurfaceOf(cloud, workspace, options, surface.far, summary, progress);
+  if (options.from.empty())
+    surface.mesh = SurfaceOf(cloud, workspace, options, surface.far, summary, progress);
+  else
+    surface = GivenSurface(cloud, workspace, options, summary);
   progress.Check();
   Refine(surface, cloud, workspace, options, summary, progress);
   return surface;

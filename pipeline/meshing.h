@@ -8,6 +8,7 @@
 #include "core/options.h"
 #include "core/progress.h"
 #include "fusion/cloud/cloud.h"
+#include "fusion/surface/inverse_rendering/inverse_rendering.h"
 #include "fusion/surface/refinement/refine.h"
 #include "stereo/workspace.h"
 
@@ -23,7 +24,10 @@ struct MeshOptions {
   double edge_px = 1.5;
   double silhouette_margin_px = 2;
   int faces = 0;
+  std::string from;
   RefineOptions refinement;
+  std::string refine_method = "own";
+  MvirOptions mvir;
 };
 OptionTable Table(MeshOptions& options);
 
@@ -36,7 +40,9 @@ struct MeshSummary {
   int holes_filled = 0, holes_open = 0, pieces_dropped = 0;
   bool refined = false;
   RefineCounts refinement;
-  double filled_area = 0;  // share of the surface that fills holes: nothing was seen there
+  std::string refine_method;  // that refined it
+  MvirCounts mvir;            // if that was "mvir"
+  double filled_area = 0;     // share of the surface that fills holes: nothing was seen there
 };
 nlohmann::json ToJson(const MeshSummary& summary);
 
@@ -44,8 +50,10 @@ nlohmann::json ToJson(const MeshSummary& summary);
 MeshSummary PlanMesh(const std::filesystem::path& cloud_ply, const MeshOptions& options);
 
 // The surface of a cloud: a Poisson surface (fusion/surface/poisson/poisson.h), closed or cut where there are
-// no points (fusion/surface/fill_holes.h), and where there is polarization or a mask its triangles
-// divided to the size of their pixels and refined by them (fusion/surface/refinement/refine.h).
+// no points (fusion/surface/fill_holes.h), or the mesh `from` as it is; and where there is polarization or a
+// mask its triangles divided to the size of their pixels and refined by them
+// (fusion/surface/refinement/refine.h, or the rival fusion/surface/inverse_rendering/inverse_rendering.h,
+// which also works without either).
 struct CloudSurface {
   TriangleMesh mesh;
   std::vector<bool> far;  // vertices that no points bear out

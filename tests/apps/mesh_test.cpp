@@ -49,6 +49,25 @@ TEST_F(MeshCommand, AgainDoesNothingAndAnOutputNameWritesThatFormat) {
   EXPECT_EQ(ReadFile(glb).substr(0, 4), "glTF");
 }
 
+TEST_F(MeshCommand, InverseRenderingStartsFromAGivenMeshAndChangesIt) {
+  ASSERT_EQ(Run({"--no-refine", "-o", (folder_ / "start.ply").string()}).exit_code, kDone);
+  const std::vector<std::string> mvir{"--mesh-from",     (folder_ / "start.ply").string(),
+                                      "--mesh-edge",     "0",
+                                      "--refine-method", "mvir",
+                                      "--mvir-rounds",   "1",
+                                      "--json"};
+  const Outcome outcome = Run(mvir);
+  ASSERT_EQ(outcome.exit_code, kDone) << outcome.err;
+  const json result = json::parse(outcome.out), refinement = result["refinement"];
+  const TriangleMesh before = ReadMesh(folder_ / "start.ply"), after = ReadMesh(Scan() / "mesh.ply");
+  EXPECT_TRUE(before.triangles == after.triangles);
+  EXPECT_FALSE(before.vertices == after.vertices);
+  EXPECT_EQ(refinement["method"], "mvir");
+  EXPECT_GT(refinement["mean_move"], 0);
+  EXPECT_LT(refinement["cost_after"], refinement["cost_before"]);
+  EXPECT_NE(Run(mvir).err.find("done before"), std::string::npos);
+}
+
 TEST_F(MeshCommand, FewerTrianglesThanItsTopologyAllowsAreSaidToBeMore) {
   const Outcome outcome = Run({"--no-refine", "--faces", "1", "--json"});
   ASSERT_EQ(outcome.exit_code, kDone) << outcome.err;

@@ -11,6 +11,7 @@
 #include "fusion/cloud/fuse.h"
 #include "pipeline/meshing.h"
 #include "pipeline/stereo/stereo.h"
+#include "tests/fusion/icosphere.h"
 #include "tests/fusion/sphere_scene.h"
 
 namespace polarscan {
@@ -203,8 +204,13 @@ std::vector<CloudPoint> TwoBalls() {
 }
 
 TEST(EachOption, OfTheMeshAndItsRefinementChangesTheMesh) {
-  const json plain = {{"refine", false}};
+  TemporaryFolder folder;
+  const fs::path start = folder.path() / "start.ply";
+  WriteMesh(start, Icosphere(3));
+  const json plain = {{"refine", false}},
+             mvir = {{"refine-method", "mvir"}, {"mvir-rounds", 1}, {"mvir-steps", 1}};
   const std::vector<Trial> trials = {
+      {"mesh-from", start.string(), plain},
       {"mesh-depth", 7, plain},
       {"mesh-min-confidence", 0.7, plain},
       {"mesh-trim", 3, plain},
@@ -219,11 +225,19 @@ TEST(EachOption, OfTheMeshAndItsRefinementChangesTheMesh) {
       {"refine-smoothness", 5},
       {"refine-outline", 0},
       {"refine-photometric", 0},
+      {"refine-method", "mvir"},
+      {"mvir-rounds", 2, mvir},
+      {"mvir-steps", 5, mvir},
+      {"mvir-photometric", 2, mvir},
+      {"mvir-polarimetric", 0, mvir},
+      {"mvir-smoothness", 0, mvir},
+      {"mvir-albedo-smoothness", 0, mvir},
+      {"mvir-anchor", 1, mvir},
+      {"mvir-dop-saturation", 0.01, mvir},
       {"aop-noise", 1},
       {"polarization", false},
       {"masks", false},
   };
-  TemporaryFolder folder;
   LitSphere(folder.path(), 9, 80, 60);
   WriteCloud(folder.path() / "cloud.ply", TwoBalls());
   MeshOptions options;
