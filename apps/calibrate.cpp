@@ -79,19 +79,37 @@ std::string DescribeFlat(const json& part) {
       100 * Figure(part, {"gain_spread"}));
 }
 
+// How well one pixel is known; earlier calibrations do not say.
+std::string DescribeUncertainty(const json& part) {
+  if (!part.contains("uncertainty")) return "";
+  return fmt::format(" (those of one pixel are known to {:.4f} and {:.2f} degrees)",
+                     Figure(part, {"uncertainty", "diattenuation"}),
+                     Figure(part, {"uncertainty", "angle_deg"}));
+}
+
+std::string DescribeDoubts(const json& part) {
+  std::string text;
+  for (const json& doubt : part.value("doubtful_frames", json::array()))
+    text += fmt::format("{} {}", text.empty() ? "; frames that do not fit the others:" : ",",
+                        doubt.value("frame", "?"));
+  return text;
+}
+
 std::string DescribePolarizer(const json& part) {
   const double zero_deg = Figure(part, {"zero_deg"});
   return fmt::format(
-      "{} frames: gain +-{:.2f} %, diattenuation {:.3f} +-{:.3f}, angle {:+.2f} +-{:.2f} degrees, condition "
-      "{:.2f}, residual {:.2f} % of full scale, {} defect pixels{}",
+      "{} frames: gain +-{:.2f} %, diattenuation {:.3f} +-{:.3f}, angle {:+.2f} +-{:.2f} degrees{}, "
+      "condition "
+      "{:.2f}, residual {:.2f} % of full scale, {} defect pixels{}{}",
       Figure(part, {"frames"}), 100 * Figure(part, {"gain", "spread"}),
       Figure(part, {"diattenuation", "median"}), Figure(part, {"diattenuation", "spread"}),
       Figure(part, {"angle_error_deg", "median"}), Figure(part, {"angle_error_deg", "spread"}),
-      Figure(part, {"condition", "median"}), 100 * Figure(part, {"residual", "median"}),
-      Figure(part, {"defect_pixels"}),
+      DescribeUncertainty(part), Figure(part, {"condition", "median"}),
+      100 * Figure(part, {"residual", "median"}), Figure(part, {"defect_pixels"}),
       std::abs(zero_deg) > 0.05
           ? fmt::format("; the given angles' zero lies {:+.2f} degrees from the sensor's", zero_deg)
-          : "");
+          : "",
+      DescribeDoubts(part));
 }
 
 std::string DescribePart(const std::string& name, const json& part) {

@@ -90,23 +90,28 @@ bool LooksLikeAPolarizer(const Response& response, int angle_deg) {
 
 }  // namespace
 
-ResponseFit::ResponseFit(int width, int height)
-    : r0_(width, height),
+ResponseFit::ResponseFit(int width, int height, const Layout& layout)
+    : layout_(layout),
+      r0_(width, height),
       r1_(width, height),
       r2_(width, height),
       squares_(width, height),
-      clipped_(width, height) {}
+      clipped_(width, height) {
+  normals_.fill(Eigen::Matrix3d::Zero());
+}
 
 void ResponseFit::Add(const Image<float>& readings, const Image<std::uint8_t>& clipped,
-                      const Eigen::Vector3d& stokes) {
+                      const Eigen::Vector3d& stokes, const Eigen::Vector4d& weights) {
   ++frames_;
-  normal_ += stokes * stokes.transpose();
+  for (std::size_t i = 0; i < 4; ++i) normals_[i] += weights[Eigen::Index(i)] * stokes * stokes.transpose();
+  weights_ += weights;
   const Eigen::Vector3f s = stokes.cast<float>();
+  const Eigen::Vector4f w = weights.cast<float>();
   ParallelFor(0, readings.height(), [&](int y) {
     for (int x = 0; x < readings.width(); ++x) {
-      const float value = readings(x, y);
-      r0_(x, y) += s[0] * value, r1_(x, y) += s[1] * value, r2_(x, y) += s[2] * value;
-      squares_(x, y) += value * value;
+      const float value = readings(x, y), weighted = w[layout_.AngleAt(x, y) / 45] * value;
+      r0_(x, y) += s[0] * weighted, r1_(x, y) += s[1] * weighted, r2_(x, y) += s[2] * weighted;
+      squares_(x, y) += value * weighted;
       clipped_(x, y) |= clipped(x, y);
     }
   });
@@ -115,14 +120,17 @@ void ResponseFit::Add(const Image<float>& readings, const Image<std::uint8_t>& c
 FittedResponses ResponseFit::Solve() const {
   if (frames_ < 4)
     throw Error("too few frames: a pixel's response has three unknowns", std::to_string(frames_) + " frames");
-  const Eigen::Matrix3d inverse = normal_.inverse();
+  std::array<Eigen::Matrix3d, 4> inverses;
+  for (std::size_t i = 0; i < 4; ++i) inverses[i] = normals_[i].inverse();
   const Image<float> zero(r0_.width(), r0_.height());
   FittedResponses fitted{{zero, zero, zero}, zero, 0, 0};
   ParallelFor(0, zero.height(), [&](int y) {
     for (int x = 0; x < zero.width(); ++x) {
+      const int angle = layout_.AngleAt(x, y) / 45;
       const Eigen::Vector3d r(r0_(x, y), r1_(x, y), r2_(x, y));
-      const Eigen::Vector3d a = inverse * r;
-      const double rest = std::max(0.0, squares_(x, y) - a.dot(r)) / (frames_ - 3);
+      const Eigen::Vector3d a = inverses[std::size_t(angle)] * r;
+      const double rest =
+          std::max(0.0, squares_(x, y) - a.dot(r)) / weights_[angle] * frames_ / (frames_ - 3);
       fitted.residual(x, y) =
           clipped_(x, y) ? std::numeric_limits<float>::infinity() : float(std::sqrt(rest));
       if (!clipped_(x, y)) fitted.responses.Set(x, y, {float(a[0]), float(a[1]), float(a[2])});

@@ -3,11 +3,12 @@
 
 #include <fmt/format.h>
 
+#include <numbers>
 #include <set>
 
 #include "core/error.h"
 #include "core/files/files.h"
-#include "stereo/sfm/colmap/bundle_adjustment.h"
+#include "stereo/sfm/adjust_poses.h"
 #include "stereo/sfm/colmap/mapping.h"
 #include "stereo/sfm/feature_masks.h"
 #include "stereo/sfm/known_poses.h"
@@ -20,7 +21,9 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr std::size_t kExhaustiveLimit = 40;  // pictures: 780 pairs
-constexpr int kSmallPart = 3;                 // pictures that make a model of their own in the end
+constexpr double kLoosePx = 16;  // error of a point that is kept while poses are only nearly right
+constexpr double kTightPx = 4;   // and in the end: COLMAP's own limit
+constexpr int kSmallPart = 3;    // pictures that make a model of their own in the end
 
 // With known poses.
 bool NeedsColmap(const SfmOptions& options) { return options.triangulate || options.bundle_adjustment; }
@@ -28,7 +31,7 @@ bool NeedsColmap(const SfmOptions& options) { return options.triangulate || opti
 // Hash of pictures, masks, known model and options: all that the result depends on.
 std::string ResultHash(const fs::path& folder, const std::vector<ListedView>& views,
                        const std::optional<fs::path>& known, const SfmOptions& options) {
-  std::uint64_t hash = Hash(ToText(ValuesOf(options)) + " 1");
+  std::uint64_t hash = Hash(ToText(ValuesOf(options)) + (options.bundle_adjustment ? " 2" : " 1"));
   for (const ListedView& view : views) hash = HashFile(folder / view.PictureName(), Hash(view.name, hash));
   if (options.masks != "no" && (!known || NeedsColmap(options)))
     for (const ListedView& view : views)
@@ -213,6 +216,23 @@ SparseModel EstimateByColmap(const Mapping& m, Evidence& evidence) {
   CheckNames(found, m.views, m.folder / "models");
   evidence.pieces = PiecesOf(found);
   return BestOf(found);
+}
+
+// Known poses made to fit the pictures: points that fit the poses only nearly, then both together.
+SparseModel AdjustKnownPoses(const Mapping& m, const SparseModel& known) {
+  SparseModel model = TriangulatePoints(m, known, kLoosePx);
+  if (model.images.size() != known.images.size() || model.points.empty()) {
+    m.progress.Warn(
+        "COLMAP could not triangulate points to adjust the poses by: they are taken as they were given");
+    return known;
+  }
+  const AdjustmentFigures found = AdjustPoses(model, known, kTightPx, m.progress);
+  m.progress.Info(
+      fmt::format("bundle adjustment of {} points moved the cameras by {:.2g} rms, {:.2g} at most; "
+                  "the given poses are right to about {:.2g} and {:.2g} degrees",
+                  model.points.size(), found.moved_rms, found.moved_max, found.centre,
+                  found.rotation_rad * 180 / std::numbers::pi));
+  return model;
 }
 
 SparseModel Triangulate(const Mapping& m, const SparseModel& known) {

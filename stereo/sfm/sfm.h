@@ -31,7 +31,7 @@ OptionTable Table(SfmOptions& options);
 
 // Cameras and poses of the views (stereo/sfm/view_list.h) in `views`, from COLMAP, or from `known_model` (a
 // folder with a COLMAP model whose image names match by stem; options.bundle_adjustment: made to fit the
-// pictures, bundle_adjustment.h). Image names of the result are NAME.png; views that did not register are
+// pictures, adjust_poses.h). Image names of the result are NAME.png; views that did not register are
 // missing from it; its coordinates are local where the known ones lie far from 0 (offset). Everything is kept
 // below `sfm_folder`: colmap.log, database, models/, and the result in model/; a result that was made from
 // the same pictures and options is taken as it is. What part masks play is options.masks (feature_masks.h).

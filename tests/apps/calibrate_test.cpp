@@ -170,14 +170,37 @@ TEST_F(Calibrate, SaysWhatItFound) {
   EXPECT_NEAR(found["condition"]["median"], 1.45, 0.05);
   EXPECT_NEAR(found["residual"]["median"], 0.01, 0.001);
   EXPECT_NEAR(found["frames_condition"], std::sqrt(2), 0.02);
+  // By 36 readings with noise of 1 % of light 0.8: of (a1, a2) sqrt(2 / 36) of it each, of a0 sqrt(1 / 36).
+  const double a0 = 0.4, d = 0.97;
+  EXPECT_NEAR(found["uncertainty"]["angle_deg"], 0.01 * std::sqrt(2 / 36.0) / (2 * a0 * d) / kRadPerDeg,
+              0.02);
+  EXPECT_NEAR(found["uncertainty"]["diattenuation"], 0.01 / a0 * std::sqrt((2 + d * d) / 36), 0.001);
+  EXPECT_TRUE(found["doubtful_frames"].empty());
   for (const char* picture :
        {"gain.png", "condition.png", "residual.png", "angle_error.png", "condition.tif"})
     EXPECT_EQ(ReadPicture(Calibration() / picture).width(),
               std::string(picture).starts_with("condition") ? kSensorWidth / 2 : kSensorWidth);
   const Outcome show = RunPolarscan({"calibrate", "show", Calibration().string()});
-  for (const char* words : {"vendor made up", "serial 17", "Gain 3", "dark frames: black level ",
-                            "diattenuation 0.9", "flat:      not measured; polarscan calibrate flat does"})
+  for (const char* words :
+       {"vendor made up", "serial 17", "Gain 3", "dark frames: black level ", "diattenuation 0.9",
+        "one pixel are known to 0.00", "flat:      not measured; polarscan calibrate flat does"})
     EXPECT_NE(show.err.find(words), std::string::npos) << words << "\n" << show.err;
+}
+
+TEST_F(Calibrate, NamesABadFrameInAWarningAndWhenItIsShown) {
+  ImperfectSensor camera = Camera();
+  camera.noise = 0.01;
+  for (int k = 0; k < 12; ++k)  // the lamp was dimmed once
+    Write("dimmed", fmt::format("turned-{:02}", k),
+          camera.Take(BehindPolarizer(15 * k, k == 7 ? 0.68 : 0.8), 200 + std::uint64_t(k)));
+  Describe("dimmed", "17", 12, 3);
+  const Outcome outcome = Run("polarizer", "dimmed", {"--json"});
+  ASSERT_EQ(outcome.exit_code, kDone) << outcome.err;
+  EXPECT_NE(outcome.err.find("turned-07: it is 15.0 % darker than the others"), std::string::npos)
+      << outcome.err;
+  EXPECT_EQ(json::parse(outcome.out)["polarizer"]["doubtful_frames"][0]["frame"], "turned-07");
+  const Outcome show = RunPolarscan({"calibrate", "show", Calibration().string()});
+  EXPECT_NE(show.err.find("frames that do not fit the others: turned-07"), std::string::npos) << show.err;
 }
 
 TEST_F(Calibrate, RefusesTheCalibrationOfAnotherCameraAndOtherSettingsInWords) {

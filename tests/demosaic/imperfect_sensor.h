@@ -32,6 +32,7 @@ struct ImperfectSensor {
   Sensor sensor;
   ResponseMap truth;
   double noise = 0;       // standard deviation of a sample, of full scale
+  double electrons = 0;   // of full scale, for shot noise beside it; 0: none
   Image<float> black_dn;  // of each pixel; empty: the sensor's
 
   // 2 % errors of gain, 1 degree of angle, diattenuation 0.95 to 0.99; 12 bits.
@@ -59,7 +60,9 @@ struct ImperfectSensor {
         const Stokes s = scene(x, y, sensor.layout.ColourAt(x, y));
         const Response r = truth.At(x, y);
         Random random(77, shot, std::uint64_t(x), std::uint64_t(y));
-        const double light = r.a0 * s.s0 + r.a1 * s.s1 + r.a2 * s.s2 + noise * random.Normal();
+        const double mean = r.a0 * s.s0 + r.a1 * s.s1 + r.a2 * s.s2;
+        const double variance = noise * noise + (electrons > 0 ? std::max(0.0, mean) / electrons : 0);
+        const double light = mean + std::sqrt(variance) * random.Normal();
         counts(x, y) =
             float(std::clamp(std::round(Black(x, y) + light * sensor.RangeDn()), 0.0, sensor.white_dn));
       }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -98,6 +99,39 @@ json SummaryOfAngle(const ResponseMap& map, const Layout& layout, int angle_deg)
           {"angle_error_deg", Spread(std::move(errors))}};
 }
 
+void WarnOfDoubts(const PolarizerLight& light, Progress& progress) {
+  for (const FrameDoubt& doubt : light.doubts)
+    progress.Warn(fmt::format("{}: {}; {}", doubt.name, doubt.words,
+                              doubt.left_out ? "this frame is left out"
+                                             : "this frame counts only by the light that its pixels show"));
+}
+
+// Of one pixel's response behind one angle, one standard deviation; "shared": what all pixels have in
+// common of it.
+json Uncertainty(const ResponseDeviation& by_noise, const ResponseDeviation& by_light) {
+  return {{"angle_deg", std::hypot(by_noise.angle_deg, by_light.angle_deg)},
+          {"diattenuation", std::hypot(by_noise.diattenuation, by_light.diattenuation)},
+          {"shared_angle_deg", by_light.angle_deg},
+          {"shared_diattenuation", by_light.diattenuation}};
+}
+
+// Root mean square of the four angles'.
+ResponseDeviation MeanOf(const std::array<ResponseDeviation, 4>& deviations) {
+  ResponseDeviation mean;
+  for (const ResponseDeviation& one : deviations) {
+    mean.angle_deg = std::hypot(mean.angle_deg, one.angle_deg / 2);
+    mean.diattenuation = std::hypot(mean.diattenuation, one.diattenuation / 2);
+  }
+  return mean;
+}
+
+json SummaryOfDoubts(const PolarizerLight& light) {
+  json doubts = json::array();
+  for (const FrameDoubt& doubt : light.doubts)
+    doubts.push_back({{"frame", doubt.name}, {"why", doubt.words}, {"left_out", doubt.left_out}});
+  return doubts;
+}
+
 }  // namespace
 
 PolarizerCalibration CalibratePolarizer(const CalibrationFrames& frames, const Sensor& sensor,
@@ -119,15 +153,18 @@ PolarizerCalibration CalibratePolarizer(const CalibrationFrames& frames, const S
   if (!sampler) throw Error("there are no frames", "the turned polarizer");
   PolarizerCalibration result;
   result.light = FindPolarizerLight(sampler->Usable(), known);
+  WarnOfDoubts(result.light, progress);
 
   std::optional<ResponseFit> fit;
   progress.Begin("the pixels' responses", frames.names.size(), "frame");
   for (int k = 0; k < frames.size(); ++k) {
     progress.Check();
-    const Image<float> counts = frames.counts(k);
-    if (!fit) fit.emplace(counts.width(), counts.height());
-    fit->Add(ToLight(counts, sensor, black_dn), Clipped(counts, sensor), result.light.stokes.col(k));
     progress.Advance();
+    if (result.light.weights.col(k).isZero()) continue;
+    const Image<float> counts = frames.counts(k);
+    if (!fit) fit.emplace(counts.width(), counts.height(), sensor.layout);
+    fit->Add(ToLight(counts, sensor, black_dn), Clipped(counts, sensor), result.light.stokes.col(k),
+             result.light.weights.col(k));
   }
   FittedResponses fitted = fit->Solve();
   NormalizeGains(fitted.responses, sensor.layout,
@@ -143,14 +180,20 @@ PolarizerCalibration CalibratePolarizer(const CalibrationFrames& frames, const S
 json Summary(const PolarizerCalibration& calibration, const Layout& layout) {
   const ResponseMap& map = calibration.responses;
   json summary = SummaryOfAngle(map, layout, -1);
-  for (const int angle : {0, 45, 90, 135})
-    summary["polarizers"][std::to_string(angle)] = SummaryOfAngle(map, layout, angle);
-  summary["frames"] = calibration.light.angles_deg.size();
-  summary["angles_deg"] = calibration.light.angles_deg;
-  summary["zero_deg"] = calibration.light.zero_deg;
-  summary["largest_angle_error_deg"] = calibration.light.largest_error_deg;
-  summary["frames_condition"] = calibration.light.condition;
-  const Eigen::RowVectorXd s0 = calibration.light.stokes.row(0);
+  const PolarizerLight& light = calibration.light;
+  for (std::size_t i = 0; i < 4; ++i) {
+    json& own = summary["polarizers"][std::to_string(45 * i)];
+    own = SummaryOfAngle(map, layout, int(45 * i));
+    own["uncertainty"] = Uncertainty(light.by_noise[i], light.by_light[i]);
+  }
+  summary["uncertainty"] = Uncertainty(MeanOf(light.by_noise), MeanOf(light.by_light));
+  summary["doubtful_frames"] = SummaryOfDoubts(light);
+  summary["frames"] = light.angles_deg.size();
+  summary["angles_deg"] = light.angles_deg;
+  summary["zero_deg"] = light.zero_deg;
+  summary["largest_angle_error_deg"] = light.largest_error_deg;
+  summary["frames_condition"] = light.condition;
+  const Eigen::RowVectorXd s0 = light.stokes.row(0);
   summary["brightness_range"] = {s0.minCoeff(), s0.maxCoeff()};
   summary["defect_pixels"] = calibration.defects;
   summary["clipped_pixels"] = calibration.clipped;

@@ -20,12 +20,14 @@ struct PolarizerCalibration {
 };
 
 // sensor: layout, black and white level. black_dn: of each pixel, or empty. known.frames is set here. Reads
-// every frame twice. Throws Error as FindPolarizerLight does, and for a frame that is clipped or dark.
+// every frame twice. Warns of frames that do not fit the others (PolarizerLight::doubts). Throws Error as
+// FindPolarizerLight does, and for a frame that is clipped or dark.
 PolarizerCalibration CalibratePolarizer(const CalibrationFrames& frames, const Sensor& sensor,
                                         const Image<float>& black_dn, PolarizerKnowledge known,
                                         bool keep_shading, Progress& progress);
 
-// Numbers of it: frames, angles, medians and spreads of gain, diattenuation and angle, condition, residual.
+// Numbers of it: frames, angles, medians and spreads of gain, diattenuation and angle, how well a pixel's
+// are known, frames that were doubted, condition, residual.
 nlohmann::json Summary(const PolarizerCalibration& calibration, const Layout& layout);
 
 }  // namespace polarscan

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,13 +25,33 @@ struct PolarizerKnowledge {
   std::vector<std::string> frames;  // names, for messages
 };
 
-// The light of every frame.
+// Standard deviations of what a pixel's response is found to be.
+struct ResponseDeviation {
+  double angle_deg = 0, diattenuation = 0;
+};
+
+// A frame that is not what all others are.
+struct FrameDoubt {
+  int frame = 0;
+  std::string name;       // the frame's
+  std::string words;      // "it is 12.0 % darker than the others"
+  bool left_out = false;  // its readings are of no use; else only its light was found without trusting it
+};
+
+// The light of every frame, and what is known of the readings' noise.
 struct PolarizerLight {
   Eigen::Matrix3Xd stokes;         // S0, S1, S2 of each frame; S0 is 1 in the mean
   std::vector<double> angles_deg;  // [0, 180), from the sensor's or the known zero
   double zero_deg = 0;             // by which given angles were turned, (-90, 90]
   double condition = 0;            // of the frames' angles: sqrt(2) if spread evenly, large if alike
-  double largest_error_deg = 0;    // between given and found angles; 0 where unknown
+  double largest_error_deg = 0;    // between given and found angles, of frames without doubt; 0 where unknown
+  std::vector<FrameDoubt> doubts;
+  // 4 x K: what a reading of pixels at 0, 45, 90 and 135 degrees counts in each frame, by its noise; 1 in
+  // the mean. 0: the frame is left out.
+  Eigen::Matrix4Xd weights;
+  // Of pixels at 0, 45, 90 and 135 degrees: by the readings' noise, each pixel for itself; and by what is
+  // not known of the light, all pixels alike.
+  std::array<ResponseDeviation, 4> by_noise{}, by_light{};
 };
 
 // Readings = responses (N x 3) * light (3 x K): the three strongest components of the readings give the light
@@ -40,8 +61,11 @@ struct PolarizerLight {
 //   unknown angles: S1^2 + S2^2 = degree^2 S0^2 for each frame, linear in six products of the matrix, leaves
 //   a Lorentz transformation open; brightness as even as can be fixes two of its parameters; the last one is
 //   the zero, and the sense is the layout's.
-// Throws Error, in words: fewer than 5 frames (6 with unknown angles), angles too much alike, given angles
-// that do not fit the frames, a layout that does not.
+// That is where a maximum-likelihood refinement starts (light_refinement.h). Frames that do not fit the
+// others are doubted: at most one in 10, from 9 frames on. One whose light is uneven in another way than
+// the others' (a reflection, a shadow: its readings leave the three components by more than twice the usual
+// deviation) is left out. Throws Error, in words: fewer than 5 frames (6 with unknown angles), angles too
+// much alike, given angles that do not fit the frames, a layout that does not.
 PolarizerLight FindPolarizerLight(const PolarizerReadings& readings, const PolarizerKnowledge& known);
 
 }  // namespace polarscan
