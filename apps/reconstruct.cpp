@@ -51,7 +51,7 @@ void RunStages(Scan& scan, const Input& input, const ReconstructArguments& a) {
 double StereoRate(const std::string& preset) {
   if (preset == "fast") return 24;
   if (preset == "best") return 70;
-  if (preset == "paper" || preset == "paper-real") return 220;
+  if (preset == "paper" || preset == "paper-real" || preset == "polarimetric-mvs") return 220;
   return preset == "colmap" || preset == "acmmp" ? 410 : 35;
 }
 

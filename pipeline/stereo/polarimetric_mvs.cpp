@@ -65,7 +65,7 @@ class PolarimetricMvs {
       RunAcmh(problem, photometric_, {photometric_.geometric_iterations, 1000, nullptr}, state, progress());
       const float most = float(1 - photometric_.filter_min_ncc);
       for (std::size_t i = 0; i < state.cost.size(); ++i)
-        if (state.cost.pixels()[i] > most) state.map.depth.pixels()[i] = 0;
+        if (state.cost.pixels()[i] > most) state.map.depth.pixels()[i] = 0;  // its normal helps the labels
       FilterEstimates(problem, agreeing_, {}, state.map);
       return std::move(state.map);
     });

@@ -25,9 +25,6 @@ class ContourField {
   // The unit tangent of the surface along the contour at a pixel, camera frame; zero where nothing is known.
   Eigen::Vector3f Tangent(const Problem& problem, int x, int y) const;
 
-  int width() const { return doubled_.width(); }
-  int height() const { return doubled_.height(); }
-
  private:
   Image<Eigen::Vector2f> doubled_;
 };

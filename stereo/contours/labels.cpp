@@ -57,10 +57,9 @@ class LabelGraph {
     const Eigen::Vector3f ray = problem.Ray(x, y);
     const AopConstraint constraint = MakeAopConstraint(here, ray.x(), ray.y());
     const float diffuse = constraint.diffuse.dot(normal), specular = constraint.specular.dot(normal);
-    const float tilt = diffuse * diffuse + specular * specular, length = normal.squaredNorm();
-    own_(x, y) = options.diffuse + here.weight * std::sqrt(length) *
-                                       (specular * specular - diffuse * diffuse) /
-                                       (tilt + AopTable::kLeastTilt * length + 1e-12f);
+    const float tilt = diffuse * diffuse + specular * specular + AopTable::kLeastTilt;
+    own_(x, y) = options.diffuse +
+                 here.weight * (specular * specular - diffuse * diffuse) / tilt;  // 0 of a zero normal
     const auto link = [&](int u, int v) {
       if (u >= width_ || v >= height_ || !problem.Active(u, v)) return 0.0f;
       const PolarSample& there = problem.reference->polar(u, v);

@@ -20,7 +20,7 @@ struct LabelOptions {
 // with r the share of the normal's tilt that does not fit the label (AopConstraint), so that a normal that faces the
 // camera says little; w: the AoP's weight; w_pq: the smaller one of both. Minimised by sequential tree-reweighted
 // message passing (TRW-S: Kolmogorov, PAMI 2006), as links between pixels whose AoP differ by more than 45 degrees ask
-// for different labels. normals: zero where none is known; its length is how much it counts.
+// for different labels. normals: unit, camera frame, zero where none is known.
 Image<Reflection> LabelReflection(const Problem& problem, const Image<Eigen::Vector3f>& normals,
                                   const LabelOptions& options);
 

@@ -24,8 +24,8 @@ struct Propagated {
   Image<std::uint8_t> reached;
 };
 
-// Labels, contours and a surface in turns, then normals: the depth map's, with the azimuth of the AoP. reliable: depth
-// 0 where nothing is known. Without polarization only the surface through the reliable points. Throws Cancelled.
+// Labels, contours and a surface in turns, then normals: the depth map's, turned to the azimuth. reliable: depth 0
+// where unknown; its normals, also there, tell the first labels. Without polarization a surface only. Throws Cancelled.
 Propagated PropagateDepth(const Problem& problem, const DepthNormalMap& reliable,
                           const PropagationOptions& options, const Progress& progress);
 

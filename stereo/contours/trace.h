@@ -15,9 +15,9 @@ struct TraceOptions {
 
 // Propagates distances along contours (Cui et al., CVPR 2017: iso-depth contour tracing). From each pixel with a field
 // and without a seed its contour is followed both ways (midpoint steps of one pixel) until it has met some seeds, left
-// the object, or lost its direction; the pixel's u is the two ends', by their nearness. Contours lead the same way back, so
-// this is what tracing from the seeds would give, with no pixel left out and in no particular order. seeds: weight 0
-// where there is none; they are part of the result as they are.
+// the object, or lost its direction; the pixel's u is the two ends', by their nearness. Contours lead the same way
+// back, so this is what tracing from the seeds would give, with no pixel left out and in no particular order. seeds:
+// weight 0 where there is none; they are part of the result as they are.
 Distances TraceContours(const Problem& problem, const ContourField& field, const Distances& seeds,
                         const TraceOptions& options);
 

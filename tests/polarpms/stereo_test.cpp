@@ -351,6 +351,32 @@ TEST_F(Sphere, GoesOnAfterACancelAndRepairsADamagedMap) {
   EXPECT_TRUE(AllBytes() == undisturbed);
 }
 
+TEST_F(Sphere, PolarimetricMvsGoesOnAfterACancelAndItsFilterKeepsWhatContoursReached) {
+  Write(true);
+  StereoOptions options = Quick("polarimetric-mvs");
+  EstimateMaps(folder_, options, progress_);
+  const std::string undisturbed = AllBytes();
+  fs::remove_all(folder_ / "stereo");
+  struct StopInPropagation : Progress {
+    void Advance(std::size_t) override {
+      if (++views == 2 * kViews + 3) Cancel();
+    }
+    int views = 0;
+  } stop;
+  EXPECT_THROW(EstimateMaps(folder_, options, stop), Cancelled);
+  EXPECT_TRUE(fs::exists(workspace_.DepthPath(2, kFinalMaps)));
+  EXPECT_FALSE(fs::exists(workspace_.DepthPath(4, kFinalMaps)));
+  EstimateMaps(folder_, options, progress_);
+  EXPECT_TRUE(AllBytes() == undisturbed);
+  EXPECT_FALSE(fs::exists(workspace_.DepthPath(1, MapKind{MapStage::kStep, 1}))) << "left over";
+  options.filter = true;
+  EstimateMaps(folder_, options, progress_);
+  EXPECT_GT(Compare().estimated, 0.8);
+  options.filter_min_variance = 65025;  // no point has so much texture
+  EstimateMaps(folder_, options, progress_);
+  EXPECT_EQ(Compare().estimated, 0);
+}
+
 TEST_F(Sphere, VisualHullOfItsSilhouettesContainsTheSurface) {
   Write(true);
   StereoOptions options;
