@@ -173,7 +173,7 @@ void RunStereo(Scan& scan, const StereoOptions& options) {
     EstimateMaps(scan.dense(), options, progress);
     const Workspace workspace = ChosenViews(ReadWorkspace(scan.dense()), options.views);
     nlohmann::json counts = {{"views", workspace.views.size()}};
-    if (const auto refined = ReadRefinedPoses(scan.dense()); refined && !refined->cam_from_world.empty()) {
+    if (const auto refined = ReadRefinedPoses(scan.dense()); refined && refined->Any()) {
       counts["poses"]["refined"] = RefinedPosesWords(*refined);
       progress.Warn(RefinedPosesWords(*refined));
     }

@@ -9,7 +9,7 @@ namespace polarscan {
 enum class MapStage {
   kPhotometric,
   kGeometric,
-  kStep,      // of a step of the coarse-to-fine schedule (pipeline/stereo/multilevel.h)
+  kStep,      // of a step of the coarse-to-fine schedule (pipeline/stereo/schedules/multilevel.h)
   kSeparate,  // of its last step, where a surface of all views follows
   kSurface    // from such a surface (pipeline/stereo/surface_steps.h)
 };

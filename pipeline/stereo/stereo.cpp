@@ -5,12 +5,13 @@
 #include <set>
 
 #include "core/files/files.h"
-#include "pipeline/stereo/acmmp.h"
 #include "pipeline/stereo/common_surface.h"
 #include "pipeline/stereo/corrections/find_correction.h"
-#include "pipeline/stereo/multilevel.h"
-#include "pipeline/stereo/polarimetric_mvs.h"
-#include "pipeline/stereo/sequential.h"
+#include "pipeline/stereo/corrections/pose_refinement.h"
+#include "pipeline/stereo/schedules/acmmp.h"
+#include "pipeline/stereo/schedules/multilevel.h"
+#include "pipeline/stereo/schedules/polarimetric_mvs.h"
+#include "pipeline/stereo/schedules/sequential.h"
 #include "pipeline/stereo/stage_inputs.h"
 #include "pipeline/stereo/surface_steps.h"
 
@@ -66,6 +67,39 @@ void RemoveMapsLeft(StepRunner& steps) {
   done.KeepOnly(kFinalMaps);
 }
 
+void MakeSeparateMaps(StepRunner& steps) {
+  const std::string& schedule = steps.options().schedule;
+  if (schedule == "checkerboard")
+    RunMultilevel(steps);
+  else if (schedule == "acmmp")
+    RunAcmmp(steps);
+  else if (schedule == "polarimetric-mvs")
+    RunPolarimetricMvs(steps);
+  else
+    RunSequential(steps);
+}
+
+// Returns false where the poses turn out to be far off; better ones are known then.
+bool MakeMaps(const Workspace& workspace, const StereoOptions& options, std::uint64_t inputs,
+              const Shard& shard, Progress& progress) {
+  const RefinedPoses refined = KnownPoses(workspace, ToHex(inputs));
+  StepRunner steps(WithPoses(workspace, refined, 0), options, WithStart(inputs, refined), shard, progress);
+
+  // 1. Maps of each view, from its neighbours: coarse to fine, or in the passes of the paper. Not again where
+  //    those for the surfaces are there: a single program would forget the surfaces' maps.
+  const bool surfaces = options.surfaces > 0, done = surfaces && steps.done().IsDone(kFinalMaps);
+  const bool separate = surfaces && steps.alone() && steps.done().IsDone(kSeparateMaps);
+  if (!done && !separate) MakeSeparateMaps(steps);
+  if (!steps.alone() || !surfaces) return true;
+
+  // 2. The surface common to all views, which the poses are fitted to, drawn into each map; and the filter.
+  if (!done && !RunSurfaceSteps(steps, refined)) return false;
+
+  // 3. What is left of the way.
+  RemoveMapsLeft(steps);
+  return true;
+}
+
 }  // namespace
 
 void EstimateMaps(const fs::path& dense, const StereoOptions& asked, Progress& progress, const Shard& shard) {
@@ -78,31 +112,15 @@ void EstimateMaps(const fs::path& dense, const StereoOptions& asked, Progress& p
   const std::uint64_t inputs = StereoInputHash(workspace, options);
   workspace.correction = FindCorrection(workspace, options, inputs, shard, progress);
   const std::uint64_t corrected = WithCorrection(inputs, workspace.correction);
-  StepRunner steps(CutToObject(workspace, options), options, corrected, shard, progress);
+  if (!options.refine_poses || options.surfaces == 0) RemoveRefinedPoses(dense);
 
-  // 2. Maps of each view, from its neighbours: coarse to fine, or in the passes of the paper. Not again where
-  //    those for the surfaces are there: a single program would forget the surfaces' maps.
-  const bool surfaces = options.surfaces > 0, done = surfaces && steps.done().IsDone(kFinalMaps);
-  const bool separate = surfaces && steps.alone() && steps.done().IsDone(kSeparateMaps);
-  if (!done && !separate) {
-    if (options.schedule == "checkerboard")
-      RunMultilevel(steps);
-    else if (options.schedule == "acmmp")
-      RunAcmmp(steps);
-    else if (options.schedule == "polarimetric-mvs")
-      RunPolarimetricMvs(steps);
-    else
-      RunSequential(steps);
+  // 2. All maps; once more, where they show that the poses are far off.
+  const Workspace cut = CutToObject(workspace, options);
+  while (!MakeMaps(cut, options, corrected, shard, progress)) {
   }
-  if (!steps.alone()) return;
 
-  // 3. The surface common to all views, which the poses are fitted to, drawn into each map; and the filter.
-  if (!surfaces || !options.refine_poses) RemoveRefinedPoses(dense);
-  if (surfaces && !done) RunSurfaceSteps(steps, ToHex(corrected));
-
-  // 4. What is left of the way. Last, so that nothing is lost if this run fails.
-  if (surfaces) RemoveMapsLeft(steps);
-  RemoveOtherMaps(all, workspace);
+  // 3. Maps of views that are not asked for. Last, so that nothing is lost if this run fails.
+  if (shard.count == 1) RemoveOtherMaps(all, workspace);
 }
 
 StereoPlan PlanMaps(const fs::path& dense, const StereoOptions& asked) {
@@ -122,7 +140,8 @@ StereoPlan PlanMaps(const fs::path& dense, const StereoOptions& asked) {
     plan.steps = {{"photometric pass", kPhotometricMaps}};
     if (options.geometric_iterations > 0) plan.steps.push_back({"geometric pass", kFinalMaps});
   }
-  const DoneList done(workspace, WithCorrection(inputs, workspace.correction));
+  const std::uint64_t corrected = WithCorrection(inputs, workspace.correction);
+  const DoneList done(workspace, WithStart(corrected, KnownPoses(workspace, ToHex(corrected))));
   for (StereoStep& step : plan.steps) step.done = done.Count(step.kind);
   return plan;
 }

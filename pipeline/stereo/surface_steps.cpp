@@ -44,13 +44,6 @@ double MeanChange(const Workspace& workspace, const MapKind& before, const MapKi
   return all > 0 ? std::accumulate(sums.begin(), sums.end(), 0.0) / all : 0;
 }
 
-// Those that were refined from the same inputs.
-std::optional<RefinedPoses> KnownPoses(const Workspace& workspace, const std::string& inputs) {
-  std::optional<RefinedPoses> refined = ReadRefinedPoses(workspace.folder);
-  if (refined && refined->inputs != inputs) refined.reset();
-  return refined;
-}
-
 // None, with a warning, if the maps make none.
 std::optional<CommonSurface> TryCommonSurface(const StepRunner& steps, const Workspace& workspace,
                                               const MapKind& maps) {
@@ -63,23 +56,33 @@ std::optional<CommonSurface> TryCommonSurface(const StepRunner& steps, const Wor
   }
 }
 
-// Makes the maps `after` of those `before`. Returns false if they make no surface, and are the same. workspace: the
-// steps', with the poses that are known by now; the first surface refines them (inputs: what it is made from).
-bool Draw(StepRunner& steps, const MapKind& before, const MapKind& after, bool try_surface,
-          const std::string& inputs, Workspace& workspace) {
-  if (steps.done().IsDone(after)) return try_surface;
+// Fits the poses to the first two surfaces, the second one if the first changed any.
+bool FitsPosesTo(int number, const StereoOptions& options, const RefinedPoses& refined) {
+  constexpr int kFits = 2;
+  return options.refine_poses && number <= kFits && int(refined.fits.size()) < number &&
+         (number == 1 || refined.Any());
+}
+
+enum class Drawing { kDone, kNoSurface, kBeginsAnew };
+
+// Makes the maps of a surface, numbered from 1, of those `before`. With no surface they are the same.
+Drawing Draw(StepRunner& steps, int number, const MapKind& before, bool try_surface, RefinedPoses& refined) {
+  const MapKind after = SurfaceMaps(number);
+  if (steps.done().IsDone(after)) return try_surface ? Drawing::kDone : Drawing::kNoSurface;
+  const Workspace as_before = WithPoses(steps.workspace(), refined, std::size_t(number - 1));
   const std::optional<CommonSurface> surface =
-      try_surface ? TryCommonSurface(steps, before == kSeparateMaps ? steps.workspace() : workspace, before)
-                  : std::optional<CommonSurface>();
-  if (surface && before == kSeparateMaps && steps.options().refine_poses && !KnownPoses(workspace, inputs))
-    workspace = WithPoses(workspace, RefinePoses(surface->caster.meshes()[0], steps.workspace(),
-                                                 steps.options(), inputs, steps.progress()));
+      try_surface ? TryCommonSurface(steps, as_before, before) : std::optional<CommonSurface>();
+  if (surface && FitsPosesTo(number, steps.options(), refined)) {
+    AddPoseFit(surface->caster.meshes()[0], as_before, steps.options(), refined, steps.progress());
+    if (BeginsAnew(as_before, refined)) return Drawing::kBeginsAnew;
+  }
+  const Workspace workspace = WithPoses(steps.workspace(), refined, std::size_t(number));
   steps.Run("maps from the surface", after, [&](int view) {
     const DepthNormalMap own = ReadMaps(workspace, view, before);
     const bool masked = steps.options().masks && fs::exists(workspace.MaskPath(view));
     return surface ? Drawn(*surface, workspace.views[std::size_t(view)], masked, own) : own;
   });
-  return surface.has_value();
+  return surface ? Drawing::kDone : Drawing::kNoSurface;
 }
 
 // By the support that the other views' separate maps give these depths.
@@ -101,25 +104,24 @@ void Filter(StepRunner& steps, const Workspace& workspace, const MapKind& before
 
 }  // namespace
 
-void RunSurfaceSteps(StepRunner& steps, const std::string& inputs) {
+bool RunSurfaceSteps(StepRunner& steps, RefinedPoses refined) {
   const StereoOptions& options = steps.options();
-  Workspace workspace = steps.workspace();
-  if (const auto known = KnownPoses(workspace, inputs))
-    workspace = WithPoses(workspace, *known);
-  else
-    RemoveRefinedPoses(workspace.folder);  // of an earlier run
   MapKind maps = kSeparateMaps;
   bool try_surface = true;
   for (int number = 1; number <= options.surfaces; ++number) {
     const MapKind before = std::exchange(maps, SurfaceMaps(number));
-    try_surface = Draw(steps, before, maps, try_surface, inputs, workspace);
+    const Drawing drawing = Draw(steps, number, before, try_surface, refined);
+    if (drawing == Drawing::kBeginsAnew) return false;
+    try_surface = drawing == Drawing::kDone;
     const bool asks = number > 1 && number < options.surfaces;
-    if (asks && MeanChange(workspace, before, maps) < options.surface_change_px) break;
+    if (asks && MeanChange(steps.workspace(), before, maps) < options.surface_change_px) break;
   }
+  const Workspace workspace = WithPoses(steps.workspace(), refined);
   if (options.filter)
     Filter(steps, workspace, maps);  // after the drawing: the surface is gone from memory
   else
-    steps.Run("final maps", kFinalMaps, [&](int view) { return ReadMaps(steps.workspace(), view, maps); });
+    steps.Run("final maps", kFinalMaps, [&](int view) { return ReadMaps(workspace, view, maps); });
+  return true;
 }
 
 }  // namespace polarscan

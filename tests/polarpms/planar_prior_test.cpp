@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "pipeline/stereo/enlarge.h"
+#include "pipeline/stereo/schedules/enlarge.h"
 #include "stereo/costs/cost_terms.h"
 #include "tests/polarpms/sphere_problem.h"
 

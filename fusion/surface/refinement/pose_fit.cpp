@@ -23,11 +23,12 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 constexpr std::array<double, 3> kOutlineReach{0.16, 0.04,
                                               0.015};  // of the object's size, one after the other
 constexpr double kLeastOutlineReach = 6;               // px
-constexpr int kStepsAtReach = 4;                       // at each reach
-constexpr double kStill = 0.02;                        // px: a step that ends them
-constexpr double kFineBlur = 1, kWideBlur = 4;         // px: what appearance is, and less what
-constexpr float kDarkest = 0.02f;                      // grey: below, it is no share of the surroundings
-constexpr double kLeastScale = 0.3;                    // px: what outlines differ by at best
+constexpr double kShown = 0.1;                  // of the object's size: farther off, outlines miss each other
+constexpr int kStepsAtReach = 4;                // at each reach
+constexpr double kStill = 0.02;                 // px: a step that ends them
+constexpr double kFineBlur = 1, kWideBlur = 4;  // px: what appearance is, and less what
+constexpr float kDarkest = 0.02f;               // grey: below, it is no share of the surroundings
+constexpr double kLeastScale = 0.3;             // px: what outlines differ by at best
 constexpr double kOutlineWeight = 1.0 / 3,
                  kLookWeight = 1.0 / 30;                   // of a vertex: its neighbours say the same
 constexpr int kLookViews = 4;                              // that must see a vertex
@@ -130,6 +131,7 @@ class ViewFit {
   PoseFit Fit() {
     const double size =
         std::sqrt(double(std::ranges::count_if(mask_.pixels(), [](auto p) { return p != 0; })));
+    if (!mask_.empty()) ShiftToMask(size);
     Matrix6 squares = Matrix6::Zero();
     for (const double reach : kOutlineReach) {
       const bool last = reach == kOutlineReach.back();
@@ -150,6 +152,34 @@ class ViewFit {
   }
 
  private:
+  // Turns the camera so that the surface shows where the mask is, if it shows elsewhere by more than outlines that look
+  // for each other would find.
+  void ShiftToMask(double size) {
+    constexpr double kCells = 40;  // of the size
+    Image<std::uint8_t> shown(std::max(1, int(mask_.width() * kCells / size)),
+                              std::max(1, int(mask_.height() * kCells / size)));
+    Eigen::Vector2d drawn(0, 0), surface(0, 0);
+    double drawn_count = 0, surface_count = 0;
+    for (int y = 0; y < mask_.height(); ++y)
+      for (int x = 0; x < mask_.width(); ++x)
+        if (mask_(x, y)) drawn += Eigen::Vector2d(x + 0.5, y + 0.5), ++drawn_count;
+    for (const Eigen::Vector3d& vertex : mesh_.vertices) {
+      const Eigen::Vector3d p = view_.cam_from_world * vertex;
+      if (!view_.camera.Sees(p)) return;  // the picture does not show all of it
+      const Eigen::Vector2d at = view_.camera.Project(p);
+      std::uint8_t& cell = shown(std::min(shown.width() - 1, int(at.x() * shown.width() / mask_.width())),
+                                 std::min(shown.height() - 1, int(at.y() * shown.height() / mask_.height())));
+      if (!cell) surface += at, ++surface_count;
+      cell = 1;
+    }
+    if (drawn_count == 0 || surface_count == 0 || !KeepsClearOfBorder(mask_)) return;
+    const Eigen::Vector2d from = surface / surface_count, to = drawn / drawn_count;
+    if ((to - from).norm() < kShown * size) return;
+    const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(view_.camera.Ray(from.x(), from.y()),
+                                                                       view_.camera.Ray(to.x(), to.y()));
+    view_.cam_from_world = Rigid{turn.toRotationMatrix(), Eigen::Vector3d::Zero()} * view_.cam_from_world;
+  }
+
   void AddOutlines(double reach_px, PoseSystem& system) const {
     const std::vector<OutlinePull> pulls = OutlinePulls(mesh_, caster_, view_, mask_, reach_px);
     if (pulls.size() < kFewOutlines) return;

@@ -9,7 +9,7 @@
 #include "core/error.h"
 #include "core/files/files.h"
 #include "pipeline/stereo/corrections/polarization_fit.h"
-#include "pipeline/stereo/multilevel.h"
+#include "pipeline/stereo/schedules/multilevel.h"
 #include "pipeline/stereo/stereo.h"
 #include "stereo/dense/crop.h"
 

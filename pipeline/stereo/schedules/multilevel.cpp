@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/stereo/multilevel.h"
+#include "pipeline/stereo/schedules/multilevel.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <optional>
 
-#include "pipeline/stereo/enlarge.h"
+#include "pipeline/stereo/schedules/enlarge.h"
 #include "pipeline/stereo/stage_inputs.h"
 #include "stereo/dense/levels.h"
 #include "stereo/dense/load_view.h"

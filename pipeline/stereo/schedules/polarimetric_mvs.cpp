@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/stereo/polarimetric_mvs.h"
+#include "pipeline/stereo/schedules/polarimetric_mvs.h"
 
 #include "pipeline/stereo/stage_inputs.h"
 #include "stereo/contours/propagate.h"

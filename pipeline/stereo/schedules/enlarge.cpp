@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/stereo/enlarge.h"
+#include "pipeline/stereo/schedules/enlarge.h"
 
 #include <algorithm>
 #include <cmath>

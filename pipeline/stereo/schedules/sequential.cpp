@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/stereo/sequential.h"
+#include "pipeline/stereo/schedules/sequential.h"
 
 #include <array>
 #include <cmath>

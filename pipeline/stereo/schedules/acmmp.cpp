@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/stereo/acmmp.h"
+#include "pipeline/stereo/schedules/acmmp.h"
 
 #include <fmt/format.h>
 
-#include "pipeline/stereo/enlarge.h"
+#include "pipeline/stereo/schedules/enlarge.h"
 #include "pipeline/stereo/stage_inputs.h"
 #include "stereo/dense/levels.h"
 #include "stereo/dense/load_view.h"
