@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/files/files.h"
+#include "core/words.h"
 
 namespace polarscan {
 namespace {
