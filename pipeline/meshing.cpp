@@ -197,7 +197,8 @@ double PixelSize(const std::vector<CloudPoint>& cloud, const Workspace& workspac
 }
 
 CloudSurface MakeSurface(const std::vector<CloudPoint>& cloud, const Workspace& workspace,
-                         const MeshOptions& options, MeshSummary& summary, Progress& progress) {
+                         const MeshOptions& options, MeshSummary& summary, Progress& progress,
+                         const AdjustWorkspace& adjust) {
   CloudSurface surface;
   summary = PlanSurface(cloud, options);
   if (options.from.empty())
@@ -205,7 +206,7 @@ CloudSurface MakeSurface(const std::vector<CloudPoint>& cloud, const Workspace& 
   else
     surface = GivenSurface(cloud, workspace, options, summary);
   progress.Check();
-  Refine(surface, cloud, workspace, options, summary, progress);
+  Refine(surface, cloud, adjust ? adjust(surface.mesh) : workspace, options, summary, progress);
   return surface;
 }
 

@@ -15,7 +15,7 @@ struct StereoOptions {
   bool masks = true;
   bool filter = true;
   bool fit_polarization = true;
-  bool refine_poses = true;
+  bool refine_poses = false;
   int seed = 1;
   std::string views;
 

@@ -44,23 +44,31 @@ double MeanChange(const Workspace& workspace, const MapKind& before, const MapKi
   return all > 0 ? std::accumulate(sums.begin(), sums.end(), 0.0) / all : 0;
 }
 
-// None, with a warning, if the maps make none.
-std::optional<CommonSurface> TryCommonSurface(const StepRunner& steps, const Workspace& workspace,
-                                              const MapKind& maps) {
-  try {
-    return MakeCommonSurface(workspace, maps, steps.options(), steps.progress());
-  } catch (const NothingFound& error) {
-    steps.progress().Warn(
-        fmt::format("the views' maps stay separate, which is less accurate: {}", error.what()));
-    return {};
-  }
-}
-
 // Fits the poses to the first two surfaces, the second one if the first changed any.
 bool FitsPosesTo(int number, const StereoOptions& options, const RefinedPoses& refined) {
   constexpr int kFits = 2;
   return options.refine_poses && number <= kFits && int(refined.fits.size()) < number &&
          (number == 1 || refined.Any());
+}
+
+// The surface of a step's maps, numbered from 1; the poses are fitted to it before it is refined. None, with a
+// warning, if the maps make none.
+std::optional<CommonSurface> TryCommonSurface(const StepRunner& steps, int number, const MapKind& maps,
+                                              RefinedPoses& refined) {
+  const auto count = std::size_t(number);
+  const Workspace before = WithPoses(steps.workspace(), refined, count - 1);
+  const auto adjust = [&](const TriangleMesh& unrefined) {
+    if (FitsPosesTo(number, steps.options(), refined))
+      AddPoseFit(unrefined, before, steps.options(), refined, steps.progress());
+    return WithPoses(steps.workspace(), refined, count);
+  };
+  try {
+    return MakeCommonSurface(before, maps, steps.options(), adjust, steps.progress());
+  } catch (const NothingFound& error) {
+    steps.progress().Warn(
+        fmt::format("the views' maps stay separate, which is less accurate: {}", error.what()));
+    return {};
+  }
 }
 
 enum class Drawing { kDone, kNoSurface, kBeginsAnew };
@@ -69,13 +77,9 @@ enum class Drawing { kDone, kNoSurface, kBeginsAnew };
 Drawing Draw(StepRunner& steps, int number, const MapKind& before, bool try_surface, RefinedPoses& refined) {
   const MapKind after = SurfaceMaps(number);
   if (steps.done().IsDone(after)) return try_surface ? Drawing::kDone : Drawing::kNoSurface;
-  const Workspace as_before = WithPoses(steps.workspace(), refined, std::size_t(number - 1));
   const std::optional<CommonSurface> surface =
-      try_surface ? TryCommonSurface(steps, as_before, before) : std::optional<CommonSurface>();
-  if (surface && FitsPosesTo(number, steps.options(), refined)) {
-    AddPoseFit(surface->caster.meshes()[0], as_before, steps.options(), refined, steps.progress());
-    if (BeginsAnew(as_before, refined)) return Drawing::kBeginsAnew;
-  }
+      try_surface ? TryCommonSurface(steps, number, before, refined) : std::optional<CommonSurface>();
+  if (surface && BeginsAnew(steps.workspace(), refined)) return Drawing::kBeginsAnew;
   const Workspace workspace = WithPoses(steps.workspace(), refined, std::size_t(number));
   steps.Run("maps from the surface", after, [&](int view) {
     const DepthNormalMap own = ReadMaps(workspace, view, before);

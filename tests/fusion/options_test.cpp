@@ -140,6 +140,7 @@ TEST(EachOption, OfStereoChangesMaps) {
   ExpectEachToMatter(
       Table(options), trials,
       {{"preset", "it stands for others, which the program sets"},
+       {"refine-poses", "it changes sets whose poses are off (fusion.PoseFits..., RefinedPoses...)"},
        {"fit-polarization", "it changes sets that are wrong (polarpms.Sphere.Polarization...)"},
        {"cache", "memory: the same bytes with any"}},
       maps);

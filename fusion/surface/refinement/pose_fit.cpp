@@ -23,8 +23,10 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 constexpr std::array<double, 3> kOutlineReach{0.16, 0.04,
                                               0.015};  // of the object's size, one after the other
 constexpr double kLeastOutlineReach = 6;               // px
-constexpr double kShown = 0.1;                  // of the object's size: farther off, outlines miss each other
-constexpr int kStepsAtReach = 4;                // at each reach
+constexpr double kShown = 0.1;    // of the object's size: farther off, outlines miss each other
+constexpr int kStepsAtReach = 4;  // at each reach
+constexpr int kLastSteps = 12;
+constexpr double kStepPx = 5;                   // what a step moves the surface by, if nothing says otherwise
 constexpr double kStill = 0.02;                 // px: a step that ends them
 constexpr double kFineBlur = 1, kWideBlur = 4;  // px: what appearance is, and less what
 constexpr float kDarkest = 0.02f;               // grey: below, it is no share of the surroundings
@@ -136,14 +138,13 @@ class ViewFit {
     for (const double reach : kOutlineReach) {
       const bool last = reach == kOutlineReach.back();
       if (mask_.empty() && !last) continue;
-      for (int step = 0; step < kStepsAtReach; ++step) {
+      for (int step = 0; step < (last ? kLastSteps : kStepsAtReach); ++step) {
         PoseSystem system;
         if (!mask_.empty()) AddOutlines(std::max(kLeastOutlineReach, reach * size), system);
         if (last) AddLooks(system);
         squares = system.squares;
-        if (!IsTold(squares)) break;
         const Rigid before = view_.cam_from_world;
-        view_.cam_from_world = Changed(before, squares.ldlt().solve(system.right));
+        view_.cam_from_world = Changed(before, (squares + Prior()).ldlt().solve(system.right));
         if (!(Moved(before) > kStill)) break;
       }
     }
@@ -236,23 +237,41 @@ class ViewFit {
     return std::sqrt(sum / double(std::max<std::size_t>(1, count)));
   }
 
+  // act(p, axis) for some of the visible vertices, camera frame, and both axes of the picture. Returns their count.
+  template <class Act>
+  double ForSome(Act&& act) const {
+    constexpr std::size_t kEvery = 16;
+    double count = 0;
+    for (std::size_t k = 0; k < visible_.size(); k += kEvery) {
+      if (!visible_[k]) continue;
+      const Eigen::Vector3d p = view_.cam_from_world * mesh_.vertices[k];
+      for (const Eigen::Vector2d& axis : {Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1)})
+        act(ByPoint(view_.camera, p, axis), p);
+      ++count;
+    }
+    return count;
+  }
+
+  // Of steps of kStepPx: what nothing else tells stays.
+  Matrix6 Prior() const {
+    PoseSystem sum;
+    const double count = ForSome([&](const Eigen::Vector3d& by_point, const Eigen::Vector3d& p) {
+      sum.Add(p, by_point, 0, 1 / (kStepPx * kStepPx));
+    });
+    return sum.squares / std::max(1.0, count);
+  }
+
   // Whether the system says where the surface shows, to kToldSigma.
   bool IsTold(const Matrix6& squares) const {
     const Eigen::LDLT<Matrix6> solver(squares);
     if (solver.info() != Eigen::Success || !(solver.vectorD().minCoeff() > 0)) return false;
     double sum = 0;
-    std::size_t count = 0;
-    for (std::size_t k = 0; k < visible_.size(); k += 16) {
-      if (!visible_[k]) continue;
-      const Eigen::Vector3d p = view_.cam_from_world * mesh_.vertices[k];
-      for (const Eigen::Vector2d& axis : {Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1)}) {
-        PoseSystem row;
-        row.Add(p, ByPoint(view_.camera, p, axis), -1, 1);
-        sum += row.right.dot(solver.solve(row.right));
-      }
-      ++count;
-    }
-    return count > 0 && std::sqrt(sum / double(count)) < kToldSigma;
+    const double count = ForSome([&](const Eigen::Vector3d& by_point, const Eigen::Vector3d& p) {
+      PoseSystem row;
+      row.Add(p, by_point, -1, 1);
+      sum += row.right.dot(solver.solve(row.right));
+    });
+    return count > 0 && std::sqrt(sum / count) < kToldSigma;
   }
 
   const TriangleMesh& mesh_;
