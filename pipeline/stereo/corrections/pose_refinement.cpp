@@ -76,14 +76,13 @@ std::string RefinedPosesWords(const RefinedPoses& refined) {
     return fmt::format(
         "the poses were refined by the surface: it lay {:.1f} px off in the pictures in the median, {:.1f} "
         "px in "
-        "that of {} (--no-refine-poses takes them as they are)",
+        "that of {}",
         refined.median_px, refined.worst_px, refined.worst);
   std::vector<std::string> names;
   for (const auto& [name, pose] : refined.start.empty() ? refined.fits[0] : refined.start)
     names.push_back(name);
   return fmt::format(
-      "the pose{} of {} did not fit the surface that the others agree on, by up to {:.1f} px, and {} refined "
-      "(--no-refine-poses takes poses as they are)",
+      "the pose{} of {} did not fit the surface that the others agree on, by up to {:.1f} px, and {} refined",
       names.size() == 1 ? "" : "s", Enumerate(names), refined.worst_px, names.size() == 1 ? "was" : "were");
 }
 
