@@ -252,13 +252,14 @@ class ViewFit {
     return count;
   }
 
-  // Of steps of kStepPx: what nothing else tells stays.
+  // Of steps of kStepPx by the camera's turn, and as much by its move: what nothing else tells stays. (Not of what the
+  // surface moves by in the picture: that would rather roll a round object than shift it.)
   Matrix6 Prior() const {
-    PoseSystem sum;
-    const double count = ForSome([&](const Eigen::Vector3d& by_point, const Eigen::Vector3d& p) {
-      sum.Add(p, by_point, 0, 1 / (kStepPx * kStepPx));
-    });
-    return sum.squares / std::max(1.0, count);
+    const double depth = std::max(1e-12, (view_.depth_min + view_.depth_max) / 2);
+    const double px = view_.camera.fx / kStepPx;
+    Vector6 squares;
+    squares << Eigen::Vector3d::Constant(px * px), Eigen::Vector3d::Constant(px * px / (depth * depth));
+    return squares.asDiagonal();
   }
 
   // Whether the system says where the surface shows, to kToldSigma.
