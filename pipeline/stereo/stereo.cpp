@@ -83,6 +83,8 @@ void MakeSeparateMaps(StepRunner& steps) {
 bool MakeMaps(const Workspace& workspace, const StereoOptions& options, std::uint64_t inputs,
               const Shard& shard, Progress& progress) {
   const RefinedPoses refined = KnownPoses(workspace, ToHex(inputs));
+  if (shard.count == 1 && refined.start.empty() && refined.fits.empty())
+    RemoveRefinedPoses(workspace.folder);  // of an earlier run
   StepRunner steps(WithPoses(workspace, refined, 0), options, WithStart(inputs, refined), shard, progress);
 
   // 1. Maps of each view, from its neighbours: coarse to fine, or in the passes of the paper. Not again where

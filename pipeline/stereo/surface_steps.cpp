@@ -51,19 +51,21 @@ bool FitsPosesTo(int number, const StereoOptions& options, const RefinedPoses& r
          (number == 1 || refined.Any());
 }
 
-// The surface of a step's maps, numbered from 1; the poses are fitted to it before it is refined. None, with a
-// warning, if the maps make none.
+// The surface of a step's maps, numbered from 1. None, with a warning, if the maps make none. Before the first one is
+// refined, which draws its outlines to all masks, it tells of views that are far off: then they are refined's start.
 std::optional<CommonSurface> TryCommonSurface(const StepRunner& steps, int number, const MapKind& maps,
                                               RefinedPoses& refined) {
-  const auto count = std::size_t(number);
-  const Workspace before = WithPoses(steps.workspace(), refined, count - 1);
-  const auto adjust = [&](const TriangleMesh& unrefined) {
-    if (FitsPosesTo(number, steps.options(), refined))
-      AddPoseFit(unrefined, before, steps.options(), refined, steps.progress());
-    return WithPoses(steps.workspace(), refined, count);
+  const Workspace before = WithPoses(steps.workspace(), refined, std::size_t(number - 1));
+  const auto look_for_far_views = [&](const TriangleMesh& unrefined) {
+    RefinedPoses trial = refined;
+    if (number == 1 && FitsPosesTo(number, steps.options(), refined) && refined.start.empty()) {
+      AddPoseFit(unrefined, before, steps.options(), trial, steps.progress());
+      if (BeginsAnew(before, trial)) refined = trial;
+    }
+    return before;
   };
   try {
-    return MakeCommonSurface(before, maps, steps.options(), adjust, steps.progress());
+    return MakeCommonSurface(before, maps, steps.options(), look_for_far_views, steps.progress());
   } catch (const NothingFound& error) {
     steps.progress().Warn(
         fmt::format("the views' maps stay separate, which is less accurate: {}", error.what()));
@@ -77,9 +79,15 @@ enum class Drawing { kDone, kNoSurface, kBeginsAnew };
 Drawing Draw(StepRunner& steps, int number, const MapKind& before, bool try_surface, RefinedPoses& refined) {
   const MapKind after = SurfaceMaps(number);
   if (steps.done().IsDone(after)) return try_surface ? Drawing::kDone : Drawing::kNoSurface;
+  const bool begun_anew = !refined.start.empty();
   const std::optional<CommonSurface> surface =
       try_surface ? TryCommonSurface(steps, number, before, refined) : std::optional<CommonSurface>();
-  if (surface && BeginsAnew(steps.workspace(), refined)) return Drawing::kBeginsAnew;
+  if (!refined.start.empty() != begun_anew) return Drawing::kBeginsAnew;
+  if (surface && FitsPosesTo(number, steps.options(), refined)) {
+    const Workspace posed = WithPoses(steps.workspace(), refined, std::size_t(number - 1));
+    AddPoseFit(surface->caster.meshes()[0], posed, steps.options(), refined, steps.progress());
+    WriteRefinedPoses(posed.folder, refined);
+  }
   const Workspace workspace = WithPoses(steps.workspace(), refined, std::size_t(number));
   steps.Run("maps from the surface", after, [&](int view) {
     const DepthNormalMap own = ReadMaps(workspace, view, before);

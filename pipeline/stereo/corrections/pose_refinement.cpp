@@ -57,7 +57,6 @@ void AddPoseFit(const TriangleMesh& surface, const Workspace& posed, const Stere
   }
   if (!again) refined.median_px = median;
   refined.fits.push_back(std::move(poses));
-  WriteRefinedPoses(posed.folder, refined);
   progress.Info(fmt::format("fit of the poses: {} of {} views, by {:.2f} px in the median", moves.size(),
                             fits.size(), median));
 }

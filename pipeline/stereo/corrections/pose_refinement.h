@@ -16,10 +16,10 @@ RefinedPoses KnownPoses(const Workspace& workspace, const std::string& inputs);
 // `inputs` with the poses that stereo began anew with.
 std::uint64_t WithStart(std::uint64_t inputs, const RefinedPoses& refined);
 
-// Adds a fit of the poses to a surface (fusion/surface/refinement/pose_fit.h), which may be empty, and writes
-// stereo/poses.json. The first fit takes all views, if they move by more than such a fit is uncertain by, in the
-// median; else single ones that are far off; none, where most views cannot be fitted. Fits after one that is not empty
-// take all. posed: the views with the poses of all fits before.
+// Adds a fit of the poses to a surface (fusion/surface/refinement/pose_fit.h), which may be empty. The first fit takes all
+// views, if they move by more than such a fit is uncertain by, in the median; else single ones that are far off; none,
+// where most views cannot be fitted. Fits after one that is not empty take all. posed: the views with the poses of all
+// fits before.
 void AddPoseFit(const TriangleMesh& surface, const Workspace& posed, const StereoOptions& options,
                 RefinedPoses& refined, Progress& progress);
 
