@@ -59,7 +59,7 @@ std::optional<CommonSurface> TryCommonSurface(const StepRunner& steps, int numbe
   const auto look_for_far_views = [&](const TriangleMesh& unrefined) {
     RefinedPoses trial = refined;
     if (number == 1 && FitsPosesTo(number, steps.options(), refined) && refined.start.empty()) {
-      AddPoseFit(unrefined, before, steps.options(), trial, steps.progress());
+      AddPoseFit(unrefined, before, steps.options(), kUselessPx, trial, steps.progress());
       if (BeginsAnew(before, trial)) refined = trial;
     }
     return before;
@@ -85,7 +85,7 @@ Drawing Draw(StepRunner& steps, int number, const MapKind& before, bool try_surf
   if (!refined.start.empty() != begun_anew) return Drawing::kBeginsAnew;
   if (surface && FitsPosesTo(number, steps.options(), refined)) {
     const Workspace posed = WithPoses(steps.workspace(), refined, std::size_t(number - 1));
-    AddPoseFit(surface->caster.meshes()[0], posed, steps.options(), refined, steps.progress());
+    AddPoseFit(surface->caster.meshes()[0], posed, steps.options(), 0, refined, steps.progress());
     WriteRefinedPoses(posed.folder, refined);
   }
   const Workspace workspace = WithPoses(steps.workspace(), refined, std::size_t(number));

@@ -19,8 +19,6 @@ constexpr double kClearPx =
     0.35;  // median move: below, poses are as good as the surface that would mend them
 constexpr double kFarPx = 1, kTimesMedian = 4;  // of a single view
 
-constexpr double kUselessPx = 3;  // a view that was off by so much has told the others nothing that is right
-
 }  // namespace
 
 RefinedPoses KnownPoses(const Workspace& workspace, const std::string& inputs) {
@@ -40,7 +38,7 @@ std::uint64_t WithStart(std::uint64_t inputs, const RefinedPoses& refined) {
 }
 
 void AddPoseFit(const TriangleMesh& surface, const Workspace& posed, const StereoOptions& options,
-                RefinedPoses& refined, Progress& progress) {
+                double least_px, RefinedPoses& refined, Progress& progress) {
   const std::vector<PoseFit> fits = FitPoses(surface, ViewsOfWorkspace(posed), options.masks, progress);
   const bool again = refined.Any();
   std::vector<double> moves;
@@ -49,7 +47,9 @@ void AddPoseFit(const TriangleMesh& surface, const Workspace& posed, const Stere
   const double median = Median(moves), far = std::max(kFarPx, kTimesMedian * median);
   PosesByName poses;
   for (std::size_t i = 0; i < fits.size() && 2 * moves.size() >= fits.size(); ++i) {
-    if (!fits[i].fitted || (!again && median < kClearPx && fits[i].moved_px < far)) continue;
+    if (!fits[i].fitted || fits[i].moved_px < least_px ||
+        (!again && median < kClearPx && fits[i].moved_px < far))
+      continue;
     const std::string& name = posed.views[i].name;
     poses[name] = fits[i].cam_from_world;
     if (!again && fits[i].moved_px > refined.worst_px)
