@@ -12,7 +12,7 @@ namespace polarscan {
 class BallViews : public FolderTest {
  protected:
   explicit BallViews(int zoom) : zoom_(zoom) {}
-  static constexpr int kViews = 10;
+  static constexpr int kViews = 20;
 
   void SetUp() override {
     FolderTest::SetUp();

@@ -12,9 +12,9 @@ namespace polarscan {
 namespace {
 
 constexpr int kCubes = 128;
-constexpr std::size_t kFewestMasks = 8;  // masks that can outvote one
-constexpr int kMistaken = 20;            // one mask in so many may be wrong about a place, at least one
-constexpr double kLeftOut = 1.0 / 6;     // share of the views that a bound of the box may contradict
+constexpr std::size_t kFewestMasks = 16;  // masks that can outvote one
+constexpr int kMistaken = 20;             // one mask in so many may be wrong about a place, at least one
+constexpr double kLeftOut = 1.0 / 6;      // share of the views that a bound of the box may contradict
 
 // A mask at a coarser size.
 struct SmallMask {

@@ -19,7 +19,7 @@ struct HullVote {
                // to be in the object
 };
 
-// One for each view; empty where it has no mask (an empty image), and for all with fewer than eight masks. The hull is
+// One for each view; empty where it has no mask (an empty image), and for all with fewer than 16 masks. The hull is
 // made of cubes, kCubes along its longest side, each one about a pixel of the coarser size; some masks (one in twenty,
 // at least one) may exclude a cube that counts. A picture that does not contain a cube says nothing.
 // mask: of a view, an empty image if it has none.

@@ -21,7 +21,7 @@ struct MaskMending {
 //   lies at the same distance, at most a fortieth of the object's size. Outlines are moved there, then to the steps
 //   themselves (outline_cut.h).
 // - A mask that lacks a piece that all others show to be the object, or holds one that they exclude (hull_votes.h), where
-//   the light does not change at the piece's border with the rest. Eight masks at least; pieces of about a thirtieth of the
+//   the light does not change at the piece's border with the rest. 16 masks at least; pieces of about a thirtieth of the
 //   object's size or more.
 // Needs the views' depth ranges. Leaves masks that are right as they are.
 MaskMending MendMasks(const Workspace& workspace, Progress& progress);

@@ -10,6 +10,7 @@ namespace polarscan {
 namespace {
 
 constexpr double kThin = 1.5;    // px: half of the thickness of what is no piece
+constexpr double kLoose = 2;     // px: a hull that lies farther out tells of no piece
 constexpr double kSlack = 0.75;  // quantile of how far the hull lies outside of the mask's outline
 
 Image<std::uint8_t> Where(const Image<float>& distance, double inside_of) {
@@ -64,6 +65,7 @@ Dispute DisputedPieces(const HullVote& vote) {
   if (vote.own.empty()) return dispute;
   const Image<float> hull = SignedDistance(vote.others);
   dispute.slack = UsualSlack(vote.own, hull);
+  if (dispute.slack > kLoose) return dispute;
   AddPieces(Opened(Less(Where(hull, -dispute.slack), vote.own), kThin), true, dispute.pieces);
   AddPieces(Opened(Less(vote.own, Where(hull, 1)), kThin), false, dispute.pieces);
   return dispute;
