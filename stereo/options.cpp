@@ -138,8 +138,7 @@ OptionTable Table(StereoOptions& o) {
        "in all "
        "views alike, where the shape tells it clearly"},
       {"refine-poses", &o.refine_poses,
-       "fit the poses to the first common surfaces, where they are clearly off; for pictures of 400 px of "
-       "the object "
+       "fit the poses to the first common surfaces, where they are clearly off; for objects of 150 px "
        "or more, with masks (default, fast, best)"},
       {"seed", &o.seed, "random numbers; the same seed gives the same bytes", "", 0, 2147483647},
       {"views", &o.views,
