@@ -198,7 +198,7 @@ double PixelSize(const std::vector<CloudPoint>& cloud, const Workspace& workspac
 
 CloudSurface MakeSurface(const std::vector<CloudPoint>& cloud, const Workspace& workspace,
                          const MeshOptions& options, MeshSummary& summary, Progress& progress,
-                         const AdjustWorkspace& adjust) {
+                         const GoesOn& goes_on) {
   CloudSurface surface;
   summary = PlanSurface(cloud, options);
   if (options.from.empty())
@@ -206,7 +206,7 @@ CloudSurface MakeSurface(const std::vector<CloudPoint>& cloud, const Workspace& 
   else
     surface = GivenSurface(cloud, workspace, options, summary);
   progress.Check();
-  Refine(surface, cloud, adjust ? adjust(surface.mesh) : workspace, options, summary, progress);
+  if (!goes_on || goes_on(surface.mesh)) Refine(surface, cloud, workspace, options, summary, progress);
   return surface;
 }
 

@@ -59,11 +59,11 @@ struct CloudSurface {
   TriangleMesh mesh;
   std::vector<bool> far;  // vertices that no points bear out
 };
-// The workspace that the surface is refined with, told by the surface before that.
-using AdjustWorkspace = std::function<Workspace(const TriangleMesh& unrefined)>;
+// Is shown the surface before it is refined; whether it is to be.
+using GoesOn = std::function<bool(const TriangleMesh& unrefined)>;
 CloudSurface MakeSurface(const std::vector<CloudPoint>& cloud, const Workspace& workspace,
                          const MeshOptions& options, MeshSummary& summary, Progress& progress,
-                         const AdjustWorkspace& adjust = {});
+                         const GoesOn& goes_on = {});
 
 // World units that a pixel of the view that sees it best covers at a point of the cloud: the median. 0 if no
 // view sees any.

@@ -163,7 +163,10 @@ void RunDense(Scan& scan, const UndistortOptions& options) {
     const std::string doubt = MaskFitWords(MasksThatDoNotFit(workspace, progress));
     if (!doubt.empty()) progress.Warn(doubt);
     nlohmann::json counts = {{"views", workspace.views.size()}};
-    if (!mended.empty()) counts["masks"]["mended"] = mended;
+    if (!mended.empty()) {
+      counts["masks"]["mended"] = mended;
+      progress.Warn(mended);
+    }
     return counts;
   });
 }
@@ -173,9 +176,10 @@ void RunStereo(Scan& scan, const StereoOptions& options) {
     EstimateMaps(scan.dense(), options, progress);
     const Workspace workspace = ChosenViews(ReadWorkspace(scan.dense()), options.views);
     nlohmann::json counts = {{"views", workspace.views.size()}};
-    if (const auto refined = ReadRefinedPoses(scan.dense()); refined && refined->Any()) {
-      counts["poses"]["refined"] = RefinedPosesWords(*refined);
-      progress.Warn(RefinedPosesWords(*refined));
+    const auto poses = ReadRefinedPoses(scan.dense());
+    if (const std::string refined = poses ? RefinedPosesWords(*poses) : ""; !refined.empty()) {
+      counts["poses"]["refined"] = refined;
+      progress.Warn(refined);
     }
     if (options.polarization) {
       counts["angles"] = CheckAngles(scan, workspace, options, progress);

@@ -72,7 +72,7 @@ RefineOptions RefinementBy(const StereoOptions& options) {
 }
 
 CommonSurface MakeCommonSurface(const Workspace& workspace, const MapKind& maps, const StereoOptions& options,
-                                const AdjustWorkspace& adjust, Progress& progress) {
+                                const GoesOn& goes_on, Progress& progress) {
   const std::vector<CloudPoint> cloud = FusedCloud(workspace, maps, options, progress);
   if (cloud.size() < kLeastCloud)
     throw NothingFound(fmt::format("{} points that views agree on are too few for a surface", cloud.size()),
@@ -82,7 +82,7 @@ CommonSurface MakeCommonSurface(const Workspace& workspace, const MapKind& maps,
   meshing.refinement = RefinementBy(options);
   meshing.silhouette_margin_px = options.silhouette_margin_px;
   MeshSummary summary;
-  CloudSurface surface = MakeSurface(cloud, workspace, meshing, summary, progress, adjust);
+  CloudSurface surface = MakeSurface(cloud, workspace, meshing, summary, progress, goes_on);
   return {RayCaster({std::move(surface.mesh)}), std::move(surface.far)};
 }
 

@@ -22,10 +22,10 @@ struct CommonSurface {
 RefineOptions RefinementBy(const StereoOptions& options);
 
 // The maps of that kind of all views are fused into a cloud; the cloud becomes one surface, about as fine as
-// the pictures, that the AoP of all views and the masks' outlines refine (pipeline/meshing.h). // adjust: as of MakeSurface. Throws
+// the pictures, that the AoP of all views and the masks' outlines refine (pipeline/meshing.h). // goes_on: as of MakeSurface. Throws
 // NothingFound if the maps make none: too few points, or too large a scene.
 CommonSurface MakeCommonSurface(const Workspace& workspace, const MapKind& maps, const StereoOptions& options,
-                                const AdjustWorkspace& adjust, Progress& progress);
+                                const GoesOn& goes_on, Progress& progress);
 
 // The view's map with the surface in it: where it has a depth and the surface is hit, depth and normal are
 // the surface's. In views without masks not where the surface is a membrane and the two depths differ.

@@ -56,16 +56,16 @@ bool FitsPosesTo(int number, const StereoOptions& options, const RefinedPoses& r
 std::optional<CommonSurface> TryCommonSurface(const StepRunner& steps, int number, const MapKind& maps,
                                               RefinedPoses& refined) {
   const Workspace before = WithPoses(steps.workspace(), refined, std::size_t(number - 1));
-  const auto look_for_far_views = [&](const TriangleMesh& unrefined) {
+  const auto goes_on = [&](const TriangleMesh& unrefined) {
+    if (number > 1 || !FitsPosesTo(number, steps.options(), refined) || !refined.start.empty()) return true;
     RefinedPoses trial = refined;
-    if (number == 1 && FitsPosesTo(number, steps.options(), refined) && refined.start.empty()) {
-      AddPoseFit(unrefined, before, steps.options(), kUselessPx, trial, steps.progress());
-      if (BeginsAnew(before, trial)) refined = trial;
-    }
-    return before;
+    AddPoseFit(unrefined, before, steps.options(), kUselessPx, trial, steps.progress());
+    if (!BeginsAnew(before, trial)) return true;
+    refined = trial;
+    return false;
   };
   try {
-    return MakeCommonSurface(before, maps, steps.options(), look_for_far_views, steps.progress());
+    return MakeCommonSurface(before, maps, steps.options(), goes_on, steps.progress());
   } catch (const NothingFound& error) {
     steps.progress().Warn(
         fmt::format("the views' maps stay separate, which is less accurate: {}", error.what()));

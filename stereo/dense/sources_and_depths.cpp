@@ -91,9 +91,7 @@ void SetDepthRanges(const SparseModel& model, const std::vector<CoarseMask>& mas
     workspace.views[i].depth_min = ranges[i].min, workspace.views[i].depth_max = ranges[i].max;
 }
 
-void ChooseSourcesAndDepths(const SparseModel& model, const std::vector<CoarseMask>& masks,
-                            Workspace& workspace, Progress& progress) {
-  SetDepthRanges(model, masks, workspace, progress);
+void ChooseSources(const SparseModel& model, Workspace& workspace, Progress& progress) {
   const auto sources = ChooseSourceViews(workspace.views, ScenePoints(model, workspace.views));
   WarnOfRepeatedPlaces(workspace.views, progress);
   for (std::size_t i = 0; i < workspace.views.size(); ++i) {

@@ -11,14 +11,12 @@ namespace polarscan {
 // no more. Says which. Their depth ranges are not read.
 void LeaveOutCopies(const SparseModel& model, Workspace& workspace, Progress& progress);
 
-// Sets the depth ranges of all views from the masks, else from the model's points, else from the poses.
+// Sets the depth ranges of all views from the masks (as many as views, empty where there is none), else from the model's points, else from the poses.
 void SetDepthRanges(const SparseModel& model, const std::vector<CoarseMask>& masks, Workspace& workspace,
                     Progress& progress);
 
-// Sets the sources and depth ranges of all views from their poses, the model's points and the masks (as many
-// as views, empty where there is none). Warns of views that no other view goes with, and of
-// those from one place.
-void ChooseSourcesAndDepths(const SparseModel& model, const std::vector<CoarseMask>& masks,
-                            Workspace& workspace, Progress& progress);
+// Sets the sources of all views, whose depth ranges are set, from their poses and the model's points. Warns of
+// views that no other view goes with, and of those from one place.
+void ChooseSources(const SparseModel& model, Workspace& workspace, Progress& progress);
 
 }  // namespace polarscan

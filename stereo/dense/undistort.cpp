@@ -124,14 +124,13 @@ void ApplyDepthOptions(const UndistortOptions& options, DenseView& view) {
                 "Check depth-min and depth-max; they are in the units of the poses");
 }
 
-// Mends the masks, and what `masks` holds of them, with a warning.
-MaskMending Mend(const SparseModel& model, Workspace workspace, std::vector<CoarseMask>& masks,
-                 Progress& progress) {
-  SetDepthRanges(model, masks, workspace, progress);
+// Mends the masks, and the depth ranges that come of them.
+MaskMending Mend(const SparseModel& model, Workspace& workspace, Progress& progress) {
   const MaskMending mending = MendMasks(workspace, progress);
   if (!mending.Any()) return mending;
-  for (int i = 0; i < int(masks.size()); ++i) masks[std::size_t(i)] = Coarsen(ReadViewMask(workspace, i));
-  progress.Warn(MaskMendingWords(mending));
+  std::vector<CoarseMask> masks;
+  for (int i = 0; i < int(workspace.views.size()); ++i) masks.push_back(Coarsen(ReadViewMask(workspace, i)));
+  SetDepthRanges(model, masks, workspace, progress);
   return mending;
 }
 
@@ -180,9 +179,10 @@ MaskMending Undistort(const fs::path& views, const SparseModel& model, const fs:
   });
   workspace.polarized = polarized;
 
+  SetDepthRanges(model, masks, workspace, progress);
   const bool mend = options.masks && options.mend_masks;
-  const MaskMending mending = mend ? Mend(model, workspace, masks, progress) : MaskMending();
-  ChooseSourcesAndDepths(model, masks, workspace, progress);
+  const MaskMending mending = mend ? Mend(model, workspace, progress) : MaskMending();
+  ChooseSources(model, workspace, progress);
   for (DenseView& view : workspace.views) ApplyDepthOptions(options, view);
   WriteColmapWorkspace(workspace, model);
   WriteWorkspace(workspace);

@@ -22,7 +22,7 @@ OptionTable Table(UndistortOptions& options);
 // components, pictures and masks, and the size is reduced if wanted; sources and depth ranges are chosen;
 // COLMAP's files are written. Views without distortion and at full size are copied bit for bit. A stereo/
 // folder with maps is left alone; everything else that was in `dense` is replaced, and views.json comes last.
-// Masks are mended (masks/mend_masks.h), with a warning that says how; returned is what was wrong with them.
+// Masks are mended (masks/mend_masks.h); returned is what was wrong with them.
 // Throws Error if a view's files are missing, damaged or of another size than the model's camera.
 MaskMending Undistort(const std::filesystem::path& views, const SparseModel& model,
                       const std::filesystem::path& dense, const UndistortOptions& options,

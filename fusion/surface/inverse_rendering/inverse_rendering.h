@@ -51,7 +51,7 @@ struct RenderedSurface {
 // In each round: which vertices are visible where (Embree) and what the pictures show there; lights in closed
 // form (.../shading.h); a few Levenberg-Marquardt steps over moves along the normals (of a mean edge at most)
 // and albedos together. Without `polarized` it is Multi-View Inverse Rendering (Kim, Torii, Okutomi, ECCV
-// 2016). Where it differs from the papers: docs/polarpms.md, Rivals. Normals are computed anew. Ceres works
+// 2016). Where it differs from the papers: docs/rivals.md. Normals are computed anew. Ceres works
 // on one thread, as its sums depend on their number: same result for any number of threads. Reads every view
 // once a round. Throws Error if no view sees anything, Cancelled (within one step of the solver).
 RenderedSurface RenderInversely(const TriangleMesh& mesh, const SurfaceViews& views, bool polarized,

@@ -26,7 +26,7 @@ constexpr double kLeastOutlineReach = 6;               // px
 constexpr double kShown = 0.1;    // of the object's size: farther off, outlines miss each other
 constexpr int kStepsAtReach = 4;  // at each reach
 constexpr int kLastSteps = 12;
-constexpr double kStepPx = 5;                   // what a step moves the surface by, if nothing says otherwise
+constexpr double kStepPx = 5;                   // what a step moves the picture by, if nothing says otherwise
 constexpr double kStill = 0.02;                 // px: a step that ends them
 constexpr double kFineBlur = 1, kWideBlur = 4;  // px: what appearance is, and less what
 constexpr float kDarkest = 0.02f;               // grey: below, it is no share of the surroundings
@@ -189,10 +189,7 @@ class ViewFit {
     const double scale = ScaleOfResiduals(distances, kLeastScale);
     for (const OutlinePull& pull : pulls) {
       const Eigen::Vector3d p = view_.cam_from_world * mesh_.vertices[pull.vertex];
-      const Eigen::Vector3d n = view_.cam_from_world.rotation * mesh_.normals[pull.vertex];
-      const Eigen::Vector2d out =
-          Eigen::Vector2d(n.x() - n.z() * p.x() / p.z(), n.y() - n.z() * p.y() / p.z()).normalized();
-      system.Add(p, ByPoint(view_.camera, p, out), -pull.distance_px,
+      system.Add(p, ByPoint(view_.camera, p, pull.out), -pull.distance_px,
                  kOutlineWeight * Robust(pull.distance_px, scale));
     }
   }
@@ -237,21 +234,6 @@ class ViewFit {
     return std::sqrt(sum / double(std::max<std::size_t>(1, count)));
   }
 
-  // act(p, axis) for some of the visible vertices, camera frame, and both axes of the picture. Returns their count.
-  template <class Act>
-  double ForSome(Act&& act) const {
-    constexpr std::size_t kEvery = 16;
-    double count = 0;
-    for (std::size_t k = 0; k < visible_.size(); k += kEvery) {
-      if (!visible_[k]) continue;
-      const Eigen::Vector3d p = view_.cam_from_world * mesh_.vertices[k];
-      for (const Eigen::Vector2d& axis : {Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1)})
-        act(ByPoint(view_.camera, p, axis), p);
-      ++count;
-    }
-    return count;
-  }
-
   // Of steps of kStepPx by the camera's turn, and as much by its move: what nothing else tells stays. (Not of what the
   // surface moves by in the picture: that would rather roll a round object than shift it.)
   Matrix6 Prior() const {
@@ -262,16 +244,22 @@ class ViewFit {
     return squares.asDiagonal();
   }
 
-  // Whether the system says where the surface shows, to kToldSigma.
+  // Whether the system says where the surface shows, to kToldSigma; asked are some of the visible vertices.
   bool IsTold(const Matrix6& squares) const {
+    constexpr std::size_t kEvery = 16;
     const Eigen::LDLT<Matrix6> solver(squares);
     if (solver.info() != Eigen::Success || !(solver.vectorD().minCoeff() > 0)) return false;
-    double sum = 0;
-    const double count = ForSome([&](const Eigen::Vector3d& by_point, const Eigen::Vector3d& p) {
-      PoseSystem row;
-      row.Add(p, by_point, -1, 1);
-      sum += row.right.dot(solver.solve(row.right));
-    });
+    double sum = 0, count = 0;
+    for (std::size_t k = 0; k < visible_.size(); k += kEvery) {
+      if (!visible_[k]) continue;
+      const Eigen::Vector3d p = view_.cam_from_world * mesh_.vertices[k];
+      for (const Eigen::Vector2d& axis : {Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1)}) {
+        PoseSystem row;
+        row.Add(p, ByPoint(view_.camera, p, axis), -1, 1);
+        sum += row.right.dot(solver.solve(row.right));
+      }
+      ++count;
+    }
     return count > 0 && std::sqrt(sum / count) < kToldSigma;
   }
 

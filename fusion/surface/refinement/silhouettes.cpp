@@ -107,9 +107,9 @@ std::vector<OutlinePull> OutlinePulls(const TriangleMesh& mesh, const RayCaster&
     if (!(px > 0)) continue;
     const auto own = DistanceToOutline(caster, centre, mesh.vertices[i], mesh.normals[i] / px);
     if (!own) continue;
-    const Eigen::Vector2d at = view.camera.Project(p) + *own / px * slope;
-    const auto edge = DistanceToEdge(mask, at, slope / px, reach_px);
-    if (edge) pulls.push_back({i, *edge, 1 / px});
+    const Eigen::Vector2d out = slope / px, at = view.camera.Project(p) + *own / px * slope;
+    const auto edge = DistanceToEdge(mask, at, out, reach_px);
+    if (edge) pulls.push_back({i, *edge, out, 1 / px});
   }
   return pulls;
 }

@@ -22,8 +22,9 @@ std::vector<bool> OutsideOfMasks(const std::vector<Eigen::Vector3d>& points, con
 struct OutlinePull {
   std::uint32_t vertex = 0;
   double distance_px = 0;  // along the vertex's projected normal; negative: the mask ends inside
-  double pixel = 0;        // world length of a pixel there: moving the vertex so far along its normal
-                           // moves the outline by one pixel
+  Eigen::Vector2d out = Eigen::Vector2d::Zero();  // unit, in the picture: the vertex's projected normal
+  double pixel = 0;  // world length of a pixel there: moving the vertex so far along its normal
+                     // moves the outline by one pixel
 };
 
 // The pulls of one view (mask: 255 = object). Asked are vertices where the surface turns away from the camera

@@ -60,7 +60,8 @@ void AdoptColmapWorkspace(const fs::path& folder, Progress& progress) {
     progress.Check();
     masks.push_back(Coarsen(ReadViewMask(workspace, i)));
   }
-  ChooseSourcesAndDepths(model, masks, workspace, progress);
+  SetDepthRanges(model, masks, workspace, progress);
+  ChooseSources(model, workspace, progress);
   WriteWorkspace(workspace);
 }
 
