@@ -36,7 +36,8 @@ TEST(PlanarPrior, OfCertainPointsOnAPlaneIsThatPlane) {
       EXPECT_GT(prior.normal(x, y).dot(kPlane.normal), 1 - 1e-5f);
     }
   std::ranges::fill(estimates.cost.pixels(), 0.2f);  // nothing is certain
-  for (float depth : PlanarPrior(sphere.problem, estimates).depth.pixels()) EXPECT_EQ(depth, 0);
+  const DepthNormalMap nothing = PlanarPrior(sphere.problem, estimates);
+  for (float depth : nothing.depth.pixels()) EXPECT_EQ(depth, 0);
 }
 
 TEST(Enlarged, MapsOfAPlaneAreThatPlane) {
