@@ -65,6 +65,16 @@ Rigid Changed(const Rigid& pose, const Vector6& change) {
   return Rigid{turn, change.tail<3>()} * pose;
 }
 
+// Eigen's FromTwoVectors for rays of a camera, which are never opposite: for those it brings a decomposition.
+Eigen::Quaterniond TurnBetween(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  const Eigen::Vector3d a = from.normalized(), b = to.normalized();
+  const double twice = std::sqrt((1 + b.dot(a)) * 2);  // the cosine of half the angle
+  Eigen::Quaterniond turn;
+  turn.vec() = a.cross(b) * (1 / twice);
+  turn.w() = twice * 0.5;
+  return turn;
+}
+
 cv::Mat AsCv(Image<float>& image) { return cv::Mat(image.height(), image.width(), CV_32F, image.row(0)); }
 
 // Grey values less the surroundings', as a share of these.
@@ -176,8 +186,8 @@ class ViewFit {
     if (drawn_count == 0 || surface_count == 0 || !KeepsClearOfBorder(mask_)) return;
     const Eigen::Vector2d from = surface / surface_count, to = drawn / drawn_count;
     if ((to - from).norm() < kShown * size) return;
-    const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(view_.camera.Ray(from.x(), from.y()),
-                                                                       view_.camera.Ray(to.x(), to.y()));
+    const Eigen::Quaterniond turn =
+        TurnBetween(view_.camera.Ray(from.x(), from.y()), view_.camera.Ray(to.x(), to.y()));
     view_.cam_from_world = Rigid{turn.toRotationMatrix(), Eigen::Vector3d::Zero()} * view_.cam_from_world;
   }
 
