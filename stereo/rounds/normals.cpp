@@ -41,7 +41,7 @@ Eigen::Vector3f FitPlane(const Problem& problem, const Image<float>& depth, int 
 }
 
 // All that is known about one pixel's normal.
-struct Evidence {
+struct NormalEvidence {
   AopTable aop;
   std::array<Eigen::Vector3f, 6> others;  // the depth map's normal, the other views' and the neighbours'
   std::array<float, 6> agreement{};
@@ -62,7 +62,7 @@ class NormalSolver {
         softness_(options.residual * options.residual) {}
 
   Eigen::Vector3f Solve(int x, int y, const Eigen::Vector3f& from_depth) const {
-    Evidence evidence;
+    NormalEvidence evidence;
     Gather(x, y, from_depth, evidence);
     if (evidence.aop.count == 0) return Improve(evidence, from_depth);  // all starts end alike
     Eigen::Vector3f best = start_(x, y);
@@ -83,7 +83,7 @@ class NormalSolver {
   }
 
  private:
-  void Gather(int x, int y, const Eigen::Vector3f& from_depth, Evidence& evidence) const {
+  void Gather(int x, int y, const Eigen::Vector3f& from_depth, NormalEvidence& evidence) const {
     evidence.ray = problem_.Ray(x, y);
     const float depth = depth_(x, y);
     const Eigen::Vector3f point = depth * evidence.ray;
@@ -118,7 +118,7 @@ class NormalSolver {
   };
 
   // First where all sources see the point, then what is there: memory is asked for all of it at once.
-  void AddSources(const Eigen::Vector3f& point, Evidence& evidence) const {
+  void AddSources(const Eigen::Vector3f& point, NormalEvidence& evidence) const {
     std::array<Look, AopTable::kMost> looks;
     std::size_t count = 0;
     for (const Source& source : problem_.sources) {
@@ -134,7 +134,7 @@ class NormalSolver {
     for (std::size_t i = 0; i < count; ++i) AddLook(looks[i], evidence);
   }
 
-  void AddLook(const Look& look, Evidence& evidence) const {
+  void AddLook(const Look& look, NormalEvidence& evidence) const {
     const Source& source = *look.source;
     const Seen& seen = look.seen;
     const float depth = source.map->depth(seen.u, seen.v);
@@ -147,7 +147,7 @@ class NormalSolver {
   }
 
   // One step of re-weighted least squares: towards the smallest eigenvector, by inverse iteration.
-  Eigen::Vector3f Improve(const Evidence& evidence, const Eigen::Vector3f& normal) const {
+  Eigen::Vector3f Improve(const NormalEvidence& evidence, const Eigen::Vector3f& normal) const {
     Eigen::Matrix3f sum = evidence.tangents + AopSystemSimd(evidence.aop, normal, softness_);
     sum.diagonal().array() += 1e-4f * sum.trace() + 1e-6f;
     const Eigen::Vector3f a = sum.col(0), b = sum.col(1), c = sum.col(2);
@@ -160,7 +160,7 @@ class NormalSolver {
     return better.dot(evidence.ray) < -0.02f * evidence.ray.norm() ? better : normal;
   }
 
-  float Energy(const Evidence& evidence, const Eigen::Vector3f& normal) const {
+  float Energy(const NormalEvidence& evidence, const Eigen::Vector3f& normal) const {
     float energy = AopEnergySimd(evidence.aop, normal, softness_);
     for (std::size_t i = 0; i < evidence.other_count; ++i) {
       const float away = (normal - evidence.others[i]).squaredNorm();

@@ -19,7 +19,7 @@ constexpr float kSharpnessFloor = 0.02f;
 
 // Rows [begin, end) of the picture and a margin for the windows around them; columns [left, right) hold all
 // pixels that count.
-struct Band {
+struct MatchingBand {
   int begin, end, top, bottom, left = 0, right = 0;
   int width() const { return right - left; }
 };
@@ -121,16 +121,16 @@ class SurfaceMatcher {
     return scales;
   }
 
-  Band MakeBand(int begin) const {
+  MatchingBand MakeBand(int begin) const {
     const int reach = int(taps_.size()) - 1, end = std::min(begin + kBandRows, height_);
-    Band band{begin, end, std::max(0, begin - reach), std::min(height_, end + reach), width_, 0};
+    MatchingBand band{begin, end, std::max(0, begin - reach), std::min(height_, end + reach), width_, 0};
     for (int y = band.top; y < band.bottom; ++y)
       for (int x = 0; x < width_; ++x)
         if (Counts(x, y)) band.left = std::min(band.left, x), band.right = std::max(band.right, x + 1);
     return band;
   }
 
-  void MatchBand(const Band& band) {
+  void MatchBand(const MatchingBand& band) {
     if (band.width() <= 0) return;
     const std::size_t count = problem_.sources.size(), steps = std::size_t(Steps());
     const std::size_t pixels = std::size_t(band.end - band.begin) * std::size_t(band.width());
@@ -178,7 +178,7 @@ class SurfaceMatcher {
     }
   };
 
-  bool ToSource(const Band& band, const Source& source, Planes& planes) const {
+  bool ToSource(const MatchingBand& band, const Source& source, Planes& planes) const {
     bool any = false;
     for (int y = band.top; y < band.bottom; ++y) {
       float *px = planes.x.Row(y), *py = planes.y.Row(y), *pz = planes.z.Row(y), *seen = planes.seen.Row(y),
@@ -197,7 +197,7 @@ class SurfaceMatcher {
   }
 
   // 1 - NCC of all pixels and steps with one source; costs[0] is the band's first pixel's first step.
-  void MatchSource(const Band& band, const Source& source, Planes& p, float* costs,
+  void MatchSource(const MatchingBand& band, const Source& source, Planes& p, float* costs,
                    std::size_t stride) const {
     if (!ToSource(band, source, p)) return;
     const auto sums = [&](const BandPlane& a, const BandPlane& b, BandPlane& out) {

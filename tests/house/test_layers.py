@@ -70,6 +70,10 @@ class Layers(unittest.TestCase):
                 seen[path.split('/')[0], name].add(path)
         self.assertGreater(len(seen), 1000)
         self.assertEqual({name: paths for name, paths in seen.items() if len(paths) > 1}, {})
+        types = {name for path, text in sources(table()) if path.endswith('.h')
+                 for name in re.findall(r'^(?:struct|class|enum class|using) (\w+)', text, re.M)}
+        self.assertGreater(len(types), 200)
+        self.assertEqual([(name, paths) for (_, name), paths in seen.items() if name in types], [])
 
 
 if __name__ == '__main__':

@@ -11,11 +11,11 @@ namespace {
 
 // Neighbours of a pixel, each pair once, and how much a cut between them counts: by the length of outline that it
 // stands for.
-struct Neighbour {
+struct GridNeighbour {
   int dx, dy;
   double weight;
 };
-constexpr std::array<Neighbour, 4> kNeighbours{{{1, 0, 1}, {0, 1, 1}, {1, 1, 0.7071}, {-1, 1, 0.7071}}};
+constexpr std::array<GridNeighbour, 4> kNeighbours{{{1, 0, 1}, {0, 1, 1}, {1, 1, 0.7071}, {-1, 1, 0.7071}}};
 constexpr double kLine =
     0.05;  // what it costs at the band's end that a pixel is cut off from its side of the line
 
@@ -57,7 +57,7 @@ class BandCut {
   void ForPairs(Do&& act) const {
     for (int y = 0; y < node_.height(); ++y)
       for (int x = 0; x < node_.width(); ++x)
-        for (const Neighbour& to : kNeighbours)
+        for (const GridNeighbour& to : kNeighbours)
           if (node_(x, y) >= 0 && node_.Contains(x + to.dx, y + to.dy) && node_(x + to.dx, y + to.dy) >= 0)
             act(x, y, to);
   }
@@ -65,13 +65,13 @@ class BandCut {
   void AddPairs() {
     double sum = 0;
     std::size_t count = 0;
-    const auto square = [&](int x, int y, const Neighbour& to) {
+    const auto square = [&](int x, int y, const GridNeighbour& to) {
       const double step = light_.Between(x, y, x + to.dx, y + to.dy);
       return step * step;
     };
-    ForPairs([&](int x, int y, const Neighbour& to) { sum += square(x, y, to), ++count; });
+    ForPairs([&](int x, int y, const GridNeighbour& to) { sum += square(x, y, to), ++count; });
     const double usual = std::max(1e-12, 2 * sum / double(std::max<std::size_t>(1, count)));
-    ForPairs([&](int x, int y, const Neighbour& to) {
+    ForPairs([&](int x, int y, const GridNeighbour& to) {
       const double weight = to.weight * std::exp(-square(x, y, to) / usual);
       graph_.addEdges(node_(x, y), node_(x + to.dx, y + to.dy), weight, weight);
     });
