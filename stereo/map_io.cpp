@@ -16,7 +16,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "map files are little endian");
 constexpr int kLongestSide = 1 << 16;  // pixels a side
 
-const char* const kAdvice = "Remove it and run the same command again; it is made anew";
+const char* const kMapAdvice = "Remove it and run the same command again; it is made anew";
 
 // Reads "123&" at `position` and moves behind it; 0 if there is no such number.
 int ReadNumber(const std::string& bytes, std::size_t& position) {
@@ -37,12 +37,12 @@ std::vector<Image<float>> ReadPlanes(const std::filesystem::path& path, int chan
   const int height = width ? ReadNumber(bytes, position) : 0;
   const int found = height ? ReadNumber(bytes, position) : 0;
   if (found != channels)
-    throw Error(fmt::format("not a map file with {} channel(s)", channels), path.string(), kAdvice);
+    throw Error(fmt::format("not a map file with {} channel(s)", channels), path.string(), kMapAdvice);
   const std::size_t plane = std::size_t(width) * std::size_t(height) * sizeof(float);
   if (bytes.size() - position != plane * std::size_t(channels))
     throw Error(fmt::format("the map file has {} bytes of data, but {} x {} x {} floats need {}",
                             bytes.size() - position, width, height, channels, plane * std::size_t(channels)),
-                path.string(), kAdvice);
+                path.string(), kMapAdvice);
   std::vector<Image<float>> planes(std::size_t(channels), Image<float>(width, height));
   for (Image<float>& image : planes) {
     std::memcpy(image.row(0), bytes.data() + position, plane);
