@@ -15,6 +15,7 @@
 #include "fusion/surface/poisson/poisson.h"
 #include "fusion/surface/refinement/silhouettes.h"
 #include "fusion/surface/simplify.h"
+#include "pipeline/hull_support.h"
 #include "pipeline/workspace_views.h"
 #include "stereo/costs/stereo_view.h"
 #include "stereo/dense/load_view.h"
@@ -112,6 +113,17 @@ void Refine(CloudSurface& surface, const std::vector<CloudPoint>& cloud, const W
   summary.refine_method = options.refine_method;
 }
 
+// Of the mesh's area.
+double ShareFarFrom(const std::vector<CloudPoint>& cloud, const TriangleMesh& mesh, double distance) {
+  const std::vector<double> distances = NearestDistances(Positions(cloud), mesh.vertices);
+  double far = 0, all = 0;
+  for (const Triangle& t : mesh.triangles) {
+    const double area = TriangleArea(mesh, t);
+    all += area, far += distances[t[0]] > distance ? area : 0;
+  }
+  return all > 0 ? far / all : 0;
+}
+
 }  // namespace
 
 OptionTable Table(MeshOptions& o) {
@@ -137,6 +149,9 @@ OptionTable Table(MeshOptions& o) {
        "Refinement divides triangles until their edges are this long in the pictures; 0: it does not", "px",
        0, 1000},
       {"faces", &o.faces, "Triangles of the mesh at most; 0: as many as it has", "", 0, 1e9},
+      {"hull-support", &o.hull_support,
+       "Where the cloud covers too little of the object, complete its surface by the masks' hull, refined by "
+       "AoP"},
       {"silhouette-margin", &o.silhouette_margin_px,
        "Surface outside of two views' masks by more than this is a hole, too", "px", 0, 100},
       {"mesh-from", &o.from,
@@ -165,6 +180,7 @@ nlohmann::json ToJson(const MeshSummary& s) {
                          {"holes_open", s.holes_open},
                          {"pieces_dropped", s.pieces_dropped},
                          {"filled_area", s.filled_area},
+                         {"hull_area", s.hull_area},
                          {"refined", s.refined}};
   if (s.refined && s.refine_method == "mvir")
     json["refinement"] = {{"method", s.refine_method},
@@ -219,7 +235,13 @@ MeshSummary MakeMesh(const fs::path& cloud_ply, const fs::path& dense, const fs:
       options.refinement.polarization &&
       AopIsInformative(workspace, options.refinement.masks, options.refinement.aop_noise_deg);
   MeshSummary summary;
-  TriangleMesh mesh = MakeSurface(cloud, workspace, helping, summary, progress).mesh;
+  std::vector<CloudPoint> supported = cloud;
+  HullSupport hull(helping.refinement);
+  const bool completed =
+      options.hull_support && options.from.empty() && hull.AddTo(supported, workspace, progress);
+  if (completed) helping.refinement.photometric *= HullSupport::kPhotometric;
+  TriangleMesh mesh = MakeSurface(supported, workspace, helping, summary, progress).mesh;
+  if (completed) summary.hull_area = ShareFarFrom(cloud, mesh, options.trim_cells * summary.cell);
   if (options.faces > 0 && mesh.triangles.size() > std::size_t(options.faces))
     mesh = Simplify(mesh, options.faces);
   if (options.faces > 0 && double(mesh.triangles.size()) > 1.1 * options.faces)

@@ -25,6 +25,7 @@ struct MeshOptions {
   double edge_px = 1.5;
   double silhouette_margin_px = 2;
   int faces = 0;
+  bool hull_support = true;
   std::string from;
   RefineOptions refinement;
   std::string refine_method = "own";
@@ -44,6 +45,8 @@ struct MeshSummary {
   std::string refine_method;  // that refined it
   MvirCounts mvir;            // if that was "mvir"
   double filled_area = 0;     // share of the surface that fills holes: nothing was seen there
+  double hull_area =
+      0;  // share of the surface that is known from masks and AoP alone (pipeline/hull_support.h)
 };
 nlohmann::json ToJson(const MeshSummary& summary);
 

@@ -140,6 +140,10 @@ OptionTable Table(StereoOptions& o) {
       {"refine-poses", &o.refine_poses,
        "fit the poses to the first common surfaces, where they are clearly off; for objects of 150 px "
        "or more, with masks (default, fast, best)"},
+      {"hull-support", &o.hull_support,
+       "where views agree on too little of the object, complete its surface by the masks' hull, refined by "
+       "AoP "
+       "(default, fast, best)"},
       {"seed", &o.seed, "random numbers; the same seed gives the same bytes", "", 0, 2147483647},
       {"views", &o.views,
        "only the views with these names, separated by commas; * and ? as in a shell: 0*,left/1?; "

@@ -16,6 +16,7 @@ struct StereoOptions {
   bool filter = true;
   bool fit_polarization = true;
   bool refine_poses = false;
+  bool hull_support = true;
   int seed = 1;
   std::string views;
 

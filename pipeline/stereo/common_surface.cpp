@@ -72,14 +72,16 @@ RefineOptions RefinementBy(const StereoOptions& options) {
 }
 
 CommonSurface MakeCommonSurface(const Workspace& workspace, const MapKind& maps, const StereoOptions& options,
-                                const GoesOn& goes_on, Progress& progress) {
-  const std::vector<CloudPoint> cloud = FusedCloud(workspace, maps, options, progress);
+                                HullSupport& hull, const GoesOn& goes_on, Progress& progress) {
+  std::vector<CloudPoint> cloud = FusedCloud(workspace, maps, options, progress);
   if (cloud.size() < kLeastCloud)
     throw NothingFound(fmt::format("{} points that views agree on are too few for a surface", cloud.size()),
                        workspace.folder);
   MeshOptions meshing;
-  meshing.depth = OctreeDepth(cloud, workspace);
   meshing.refinement = RefinementBy(options);
+  if (options.hull_support && hull.AddTo(cloud, workspace, progress))
+    meshing.refinement.photometric *= HullSupport::kPhotometric;
+  meshing.depth = OctreeDepth(cloud, workspace);
   meshing.silhouette_margin_px = options.silhouette_margin_px;
   MeshSummary summary;
   CloudSurface surface = MakeSurface(cloud, workspace, meshing, summary, progress, goes_on);

@@ -5,6 +5,7 @@
 #include "core/mesh.h"
 #include "core/progress.h"
 #include "fusion/surface/refinement/refine.h"
+#include "pipeline/hull_support.h"
 #include "pipeline/meshing.h"
 #include "stereo/costs/stereo_view.h"
 #include "stereo/options.h"
@@ -22,10 +23,11 @@ struct CommonSurface {
 RefineOptions RefinementBy(const StereoOptions& options);
 
 // The maps of that kind of all views are fused into a cloud; the cloud becomes one surface, about as fine as
-// the pictures, that the AoP of all views and the masks' outlines refine (pipeline/meshing.h). // goes_on: as of MakeSurface. Throws
-// NothingFound if the maps make none: too few points, or too large a scene.
+// the pictures, that the AoP of all views and the masks' outlines refine (pipeline/meshing.h); hull: supports it where
+// views agree on nothing. goes_on: as of MakeSurface. Throws NothingFound if the maps make none: too few points, or too
+// large a scene.
 CommonSurface MakeCommonSurface(const Workspace& workspace, const MapKind& maps, const StereoOptions& options,
-                                const GoesOn& goes_on, Progress& progress);
+                                HullSupport& hull, const GoesOn& goes_on, Progress& progress);
 
 // The view's map with the surface in it: where it has a depth and the surface is hit, depth and normal are
 // the surface's. In views without masks not where the surface is a membrane and the two depths differ.

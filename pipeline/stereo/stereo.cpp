@@ -27,16 +27,18 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kSupportOfTwo = 1.2;  // a view gives 1 at most: more than one alone, though both look askew
+constexpr double kFarApart = 40;       // degrees between neighbours: hardly a place is seen by three views
 
 // Without polarization where it is nothing but noise, without surfaces where nothing could refine one, and
-// asking two places for no more support than they can give.
+// asking two places, or views far apart, for no more support than they can give.
 StereoOptions OptionsFor(const Workspace& workspace, StereoOptions options) {
   if (options.polarization && options.polarization_evidence == "noise" && workspace.polarized)
     options.polarization = AopIsInformative(workspace, options.masks, options.aop_noise_deg);
   if (options.schedule != "checkerboard" || !CanRefine(ViewsOfWorkspace(workspace), RefinementBy(options)))
     options.surfaces = 0;
   const std::vector<int> places = Places(workspace.views);
-  if (std::set<int>(places.begin(), places.end()).size() == 2)
+  const bool two = std::set<int>(places.begin(), places.end()).size() == 2;
+  if (two || NeighbourAngle(workspace.views) > kFarApart)
     options.filter_min_support = std::min(options.filter_min_support, kSupportOfTwo);
   return options;
 }

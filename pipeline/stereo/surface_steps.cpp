@@ -54,7 +54,7 @@ bool FitsPosesTo(int number, const StereoOptions& options, const RefinedPoses& r
 // The surface of a step's maps, numbered from 1. None, with a warning, if the maps make none. Before the first one is
 // refined, which draws its outlines to all masks, it tells of views that are far off: then they are refined's start.
 std::optional<CommonSurface> TryCommonSurface(const StepRunner& steps, int number, const MapKind& maps,
-                                              RefinedPoses& refined) {
+                                              HullSupport& hull, RefinedPoses& refined) {
   const Workspace before = WithPoses(steps.workspace(), refined, std::size_t(number - 1));
   const auto goes_on = [&](const TriangleMesh& unrefined) {
     if (number > 1 || !FitsPosesTo(number, steps.options(), refined) || !refined.start.empty()) return true;
@@ -65,7 +65,7 @@ std::optional<CommonSurface> TryCommonSurface(const StepRunner& steps, int numbe
     return false;
   };
   try {
-    return MakeCommonSurface(before, maps, steps.options(), goes_on, steps.progress());
+    return MakeCommonSurface(before, maps, steps.options(), hull, goes_on, steps.progress());
   } catch (const NothingFound& error) {
     steps.progress().Warn(
         fmt::format("the views' maps stay separate, which is less accurate: {}", error.what()));
@@ -76,12 +76,13 @@ std::optional<CommonSurface> TryCommonSurface(const StepRunner& steps, int numbe
 enum class Drawing { kDone, kNoSurface, kBeginsAnew };
 
 // Makes the maps of a surface, numbered from 1, of those `before`. With no surface they are the same.
-Drawing Draw(StepRunner& steps, int number, const MapKind& before, bool try_surface, RefinedPoses& refined) {
+Drawing Draw(StepRunner& steps, int number, const MapKind& before, bool try_surface, HullSupport& hull,
+             RefinedPoses& refined) {
   const MapKind after = SurfaceMaps(number);
   if (steps.done().IsDone(after)) return try_surface ? Drawing::kDone : Drawing::kNoSurface;
   const bool begun_anew = !refined.start.empty();
   const std::optional<CommonSurface> surface =
-      try_surface ? TryCommonSurface(steps, number, before, refined) : std::optional<CommonSurface>();
+      try_surface ? TryCommonSurface(steps, number, before, hull, refined) : std::optional<CommonSurface>();
   if (!refined.start.empty() != begun_anew) return Drawing::kBeginsAnew;
   if (surface && FitsPosesTo(number, steps.options(), refined)) {
     const Workspace posed = WithPoses(steps.workspace(), refined, std::size_t(number - 1));
@@ -120,9 +121,10 @@ bool RunSurfaceSteps(StepRunner& steps, RefinedPoses refined) {
   const StereoOptions& options = steps.options();
   MapKind maps = kSeparateMaps;
   bool try_surface = true;
+  HullSupport hull(RefinementBy(options));
   for (int number = 1; number <= options.surfaces; ++number) {
     const MapKind before = std::exchange(maps, SurfaceMaps(number));
-    const Drawing drawing = Draw(steps, number, before, try_surface, refined);
+    const Drawing drawing = Draw(steps, number, before, try_surface, hull, refined);
     if (drawing == Drawing::kBeginsAnew) return false;
     try_surface = drawing == Drawing::kDone;
     const bool asks = number > 1 && number < options.surfaces;

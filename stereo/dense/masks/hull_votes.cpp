@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "core/parallel.h"
+#include "stereo/dense/masks/object_box.h"
 
 namespace polarscan {
 namespace {
@@ -14,7 +15,6 @@ namespace {
 constexpr int kCubes = 128;
 constexpr std::size_t kFewestMasks = 16;  // masks that can outvote one
 constexpr int kMistaken = 20;             // one mask in so many may be wrong about a place, at least one
-constexpr double kLeftOut = 1.0 / 6;      // share of the views that a bound of the box may contradict
 
 // A mask at a coarser size.
 struct SmallMask {
@@ -22,48 +22,6 @@ struct SmallMask {
   double scale = 1;  // px of the mask to px of this
   Image<std::uint8_t> pixels;
 };
-
-using Masks = std::function<Image<std::uint8_t>(int)>;  // of a view
-
-struct ObjectBox {
-  Eigen::Vector3d low, high;
-};
-
-// The rectangle of set pixels: left, top, right, bottom; none: left > right.
-std::array<int, 4> Rectangle(const Image<std::uint8_t>& mask) {
-  std::array<int, 4> r{mask.width(), mask.height(), -1, -1};
-  for (int y = 0; y < mask.height(); ++y)
-    for (int x = 0; x < mask.width(); ++x)
-      if (mask(x, y)) r = {std::min(r[0], x), std::min(r[1], y), std::max(r[2], x), std::max(r[3], y)};
-  return r;
-}
-
-// The box of what a view's mask may show, along the world's axes.
-ObjectBox BoxOfView(const DenseView& view, const std::array<int, 4>& rectangle) {
-  ObjectBox box{Eigen::Vector3d::Constant(INFINITY), Eigen::Vector3d::Constant(-INFINITY)};
-  const Rigid world_from_cam = view.cam_from_world.Inverse();
-  for (const double depth : {view.depth_min, view.depth_max})
-    for (const int u : {rectangle[0], rectangle[2] + 1})
-      for (const int v : {rectangle[1], rectangle[3] + 1}) {
-        const Eigen::Vector3d corner = world_from_cam * Eigen::Vector3d(depth * view.camera.Ray(u, v));
-        box.low = box.low.cwiseMin(corner), box.high = box.high.cwiseMax(corner);
-      }
-  return box;
-}
-
-// What all but a few of the boxes contain.
-ObjectBox Common(const std::vector<ObjectBox>& boxes) {
-  const auto left_out = std::size_t(kLeftOut * double(boxes.size()));
-  ObjectBox common;
-  for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> low, high;
-    for (const ObjectBox& box : boxes) low.push_back(box.low[axis]), high.push_back(box.high[axis]);
-    std::ranges::sort(low, std::greater<>());
-    std::ranges::sort(high);
-    common.low[axis] = low[left_out], common.high[axis] = high[left_out];
-  }
-  return common;
-}
 
 // Half or more of a small pixel's pixels.
 Image<std::uint8_t> Shrunk(const Image<std::uint8_t>& mask, double scale) {
@@ -80,7 +38,7 @@ Image<std::uint8_t> Shrunk(const Image<std::uint8_t>& mask, double scale) {
 // Cubes of a box, and of each how many masks have its middle in their picture and outside of the object.
 class CubeVotes {
  public:
-  CubeVotes(const ObjectBox& box, const std::vector<DenseView>& views, const Masks& read,
+  CubeVotes(const ObjectBox& box, const std::vector<DenseView>& views, const MaskOf& read,
             const std::vector<int>& masked)
       : low_(box.low), side_((box.high - box.low).maxCoeff() / kCubes), views_(views) {
     for (int axis = 0; axis < 3; ++axis)
@@ -167,24 +125,11 @@ class CubeVotes {
 
 }  // namespace
 
-std::vector<HullVote> HullVotes(const std::vector<DenseView>& views, const Masks& mask, Progress& progress) {
+std::vector<HullVote> HullVotes(const std::vector<DenseView>& views, const MaskOf& mask, Progress& progress) {
   std::vector<HullVote> votes(views.size());
-  std::vector<std::array<int, 4>> rectangles(views.size());
-  ParallelFor(0, int(views.size()), [&](int i) {
-    progress.Check();
-    rectangles[std::size_t(i)] = Rectangle(mask(i));
-  });
-  std::vector<int> masked;
-  std::vector<ObjectBox> boxes;
-  for (int i = 0; i < int(views.size()); ++i) {
-    if (rectangles[std::size_t(i)][2] < 0) continue;
-    masked.push_back(i);
-    boxes.push_back(BoxOfView(views[std::size_t(i)], rectangles[std::size_t(i)]));
-  }
-  if (masked.size() < kFewestMasks) return votes;
-  const ObjectBox box = Common(boxes);
-  if (!((box.high - box.low).minCoeff() > 0)) return votes;
-  CubeVotes cubes(box, views, mask, masked);
+  const auto [masked, box] = BoxOfMasks(views, mask, progress);
+  if (masked.size() < kFewestMasks || !box) return votes;
+  CubeVotes cubes(*box, views, mask, masked);
   cubes.Count(progress);
   ParallelFor(0, int(masked.size()), [&](int i) {
     progress.Check();
