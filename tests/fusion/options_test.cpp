@@ -209,8 +209,9 @@ TEST(EachOption, OfTheMeshAndItsRefinementChangesTheMesh) {
   TemporaryFolder folder;
   const fs::path start = folder.path() / "start.ply";
   WriteMesh(start, Icosphere(3));
-  const json plain = {{"refine", false}},
-             mvir = {{"refine-method", "mvir"}, {"mvir-rounds", 1}, {"mvir-steps", 1}};
+  const json cloud = {{"hull-support", false}}, plain = {{"refine", false}},
+             mvir = {
+                 {"refine-method", "mvir"}, {"mvir-rounds", 1}, {"mvir-steps", 1}, {"hull-support", false}};
   const std::vector<Trial> trials = {
       {"mesh-from", start.string(), plain},
       {"mesh-depth", 7, plain},
@@ -218,7 +219,8 @@ TEST(EachOption, OfTheMeshAndItsRefinementChangesTheMesh) {
       {"mesh-trim", 3, plain},
       {"mesh-fill-holes", 0, plain},
       {"mesh-min-piece", 0.5, {{"refine", false}, {"masks", false}}},
-      {"mesh-edge", 0},
+      {"mesh-edge", 0, cloud},
+      {"hull-support", false},
       {"silhouette-margin", 30, plain},
       {"faces", 500, plain},
       {"refine", false},
@@ -243,9 +245,7 @@ TEST(EachOption, OfTheMeshAndItsRefinementChangesTheMesh) {
   LitSphere(folder.path(), 9, 80, 60);
   WriteCloud(folder.path() / "cloud.ply", TwoBalls());
   MeshOptions options;
-  const std::map<std::string, std::string> excused = {
-      {"hull-support", "it changes sets of few views (fusion.HullSupport...)"}};
-  ExpectEachToMatter(Table(options), trials, excused, [&](const json& given) {
+  ExpectEachToMatter(Table(options), trials, {}, [&](const json& given) {
     MeshOptions chosen;
     OptionTable table = Table(chosen);
     FromJson(given, table);
