@@ -156,6 +156,7 @@ bool HullSupport::AddTo(std::vector<CloudPoint>& cloud, const Workspace& workspa
   const SurfaceViews views = ViewsOfWorkspace(workspace);
   if (!refinement_.masks || !views.masked) return false;
   const Coverage coverage = CoverageOf(cloud, views, progress);
+  progress.Info(fmt::format("the cloud covers {:.1f} % of the object in the pictures", 100 * coverage.share));
   if (coverage.share >= kCovered || coverage.whole < kWhole || !MasksHold(cloud, views, progress))
     return false;
   const double pixel = PixelOf(views.views);

@@ -110,6 +110,20 @@ void FindMendedMasks(const json& scan, json& list) {
   if (!mended.empty()) list.push_back(Finding("masks", "The masks were mended", Sentence(mended)));
 }
 
+// Where views agree on nothing (pipeline/hull_support.h).
+void FindHull(const json& scan, json& list) {
+  constexpr double kWorthSaying = 0.02;  // of the mesh's area
+  const double share = CountsOf(scan, "mesh").value("hull_area", 0.0);
+  if (share < kWorthSaying) return;
+  list.push_back(Finding(
+      "hull", "A part of the mesh is known from outlines and polarization alone",
+      fmt::format(
+          "On {} of its surface the views agree on no point. The masks' outlines and the AoP tell the shape "
+          "there; hollows that no outline shows may be filled. Take more pictures in between, about 20 "
+          "degrees apart.",
+          Percent(share))));
+}
+
 void FindGaps(const std::vector<CameraPlace>& cameras, json& list) {
   const auto gaps = EmptyDirections(cameras, kLowestDeg, kGapDeg, kMostGaps);
   for (const Eigen::Vector3d& gap : gaps) {
@@ -243,6 +257,7 @@ json Findings(const FindingsInput& input) {
   FindFewDepths(input.scan, list);
   FindRefinedPoses(input.scan, list);
   FindMendedMasks(input.scan, list);
+  FindHull(input.scan, list);
   FindWrongAngles(input.scan, list);
   if (!input.cameras.empty()) {
     findings["coverage"] = Coverage(input.cameras);

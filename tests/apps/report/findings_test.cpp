@@ -249,6 +249,17 @@ TEST(Findings, MasksThatWereMendedAreSaid) {
   EXPECT_EQ(masks[0].at("text"), "All were about 5 px too wide.");
 }
 
+TEST(Findings, WhatIsKnownFromOutlinesAloneIsSaidWhereItIsMuch) {
+  TemporaryFolder folder;
+  WriteToyScan(folder / "scan", 3);
+  SetCounts(folder / "scan", "mesh", {{"hull_area", 0.01}});
+  EXPECT_TRUE(FindingsOf(ReportData(folder / "scan"), "hull").empty());
+  SetCounts(folder / "scan", "mesh", {{"hull_area", 0.31}});
+  const auto found = FindingsOf(ReportData(folder / "scan"), "hull");
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_NE(found[0].at("text").get<std::string>().find("On 31 %"), std::string::npos) << found[0].dump();
+}
+
 TEST(Findings, PolarizationThatWasCorrectedIsSaid) {
   TemporaryFolder folder;
   WriteToyScan(folder / "scan", 6);
