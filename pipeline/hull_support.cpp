@@ -165,12 +165,7 @@ bool HullSupport::AddTo(std::vector<CloudPoint>& cloud, const Workspace& workspa
   while (MeanEdge(unseen) > kSpacingPx * pixel) unseen = Finer(unseen);
   for (std::size_t v = 0; v < unseen.vertices.size(); ++v)
     cloud.push_back({unseen.vertices[v].cast<float>(), unseen.normals[v].cast<float>(), {}});
-  if (!warned_)
-    progress.Warn(
-        fmt::format("views agree on {:.0f} % of the object only: elsewhere its surface is known from the "
-                    "masks' outlines{} alone",
-                    100 * coverage.share, views.polarized && refinement_.polarization ? " and the AoP" : ""));
-  warned_ = true;
+  progress.Info(fmt::format("{} points of the masks' hull are added", unseen.vertices.size()));
   return true;
 }
 

@@ -25,7 +25,7 @@ class HullSupport {
   // Adds the hull's points, with confidence 0 and no views, in whose place no view has points of the cloud; they lie less
   // than a pixel apart. Returns false, and leaves the cloud as it is, where it covers enough of the object in the views'
   // pictures, and where masks are missing, cut off by the pictures' borders, or contradict the cloud. Same points for any
-  // number of threads. Warns once. Throws Cancelled.
+  // number of threads. Throws Cancelled.
   bool AddTo(std::vector<CloudPoint>& cloud, const Workspace& workspace, Progress& progress);
 
  private:
@@ -34,7 +34,6 @@ class HullSupport {
   RefineOptions refinement_;
   std::optional<TriangleMesh> hull_;  // of the poses below
   std::vector<Rigid> poses_;
-  bool warned_ = false;
 };
 
 }  // namespace polarscan

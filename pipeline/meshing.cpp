@@ -242,6 +242,12 @@ MeshSummary MakeMesh(const fs::path& cloud_ply, const fs::path& dense, const fs:
   if (completed) helping.refinement.photometric *= HullSupport::kPhotometric;
   TriangleMesh mesh = MakeSurface(supported, workspace, helping, summary, progress).mesh;
   if (completed) summary.hull_area = ShareFarFrom(cloud, mesh, options.trim_cells * summary.cell);
+  if (summary.hull_area >= kHullWorthSaying)
+    progress.Warn(fmt::format(
+        "on {:.0f} % of the mesh's surface views agree on nothing: there it is known from the masks' "
+        "outlines{} alone",
+        100 * summary.hull_area,
+        workspace.polarized && helping.refinement.polarization ? " and the AoP" : ""));
   if (options.faces > 0 && mesh.triangles.size() > std::size_t(options.faces))
     mesh = Simplify(mesh, options.faces);
   if (options.faces > 0 && double(mesh.triangles.size()) > 1.1 * options.faces)

@@ -15,6 +15,8 @@
 
 namespace polarscan {
 
+constexpr double kHullWorthSaying = 0.02;  // share of the mesh's area
+
 // What the mesh stage can be told. Help and ranges are in Table().
 struct MeshOptions {
   int depth = 0;

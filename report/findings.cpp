@@ -10,6 +10,8 @@
 
 #include "core/statistics.h"
 #include "fusion/cloud/fuse.h"
+#include "fusion/cloud/fuse.h"
+#include "pipeline/meshing.h"
 #include "report/scene/cloud.h"
 
 namespace polarscan {
@@ -112,9 +114,8 @@ void FindMendedMasks(const json& scan, json& list) {
 
 // Where views agree on nothing (pipeline/hull_support.h).
 void FindHull(const json& scan, json& list) {
-  constexpr double kWorthSaying = 0.02;  // of the mesh's area
   const double share = CountsOf(scan, "mesh").value("hull_area", 0.0);
-  if (share < kWorthSaying) return;
+  if (share < kHullWorthSaying) return;
   list.push_back(Finding(
       "hull", "A part of the mesh is known from outlines and polarization alone",
       fmt::format(

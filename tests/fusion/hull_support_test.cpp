@@ -89,8 +89,6 @@ TEST_F(HullSupportTest, CompletesWhatTheCloudDoesNotCover) {
   std::vector<CloudPoint> cloud = Cap(0);
   const std::size_t before = cloud.size();
   ASSERT_TRUE(AddTo(cloud));
-  EXPECT_NE(said_.words.find("elsewhere its surface is known from the masks' outlines and the AoP alone"),
-            std::string::npos);
   const std::span added = std::span(cloud).subspan(before);
   ASSERT_GT(added.size(), 1000u);
   double lowest = 1, covered = 0;
@@ -152,6 +150,7 @@ TEST_F(HullSupportTest, TheMeshOfHalfACloudIsTheWholeObject) {
       MakeMesh(folder_.path() / "cloud.ply", folder_.path(), folder_.path() / "with.ply", options, said_);
   EXPECT_TRUE(with.closed);
   EXPECT_NEAR(with.hull_area, 0.5, 0.1);
+  EXPECT_NE(said_.words.find("known from the masks' outlines and the AoP alone"), std::string::npos);
   EXPECT_LT(with.filled_area, 0.05);
   double low = 0;
   for (const Eigen::Vector3d& v : ReadMesh(folder_.path() / "with.ply").vertices) {
@@ -186,7 +185,6 @@ TEST_F(HullSupportTest, MapsOfFewViewsAreBetterForIt) {
   options.filter = false;
   EstimateMaps(folder_.path(), options, said_);
   const double with = DepthError(workspace_);
-  EXPECT_NE(said_.words.find("of the object only"), std::string::npos);
   options.hull_support = false;
   EstimateMaps(folder_.path(), options, said_);
   const double without = DepthError(workspace_);
