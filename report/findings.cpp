@@ -10,7 +10,6 @@
 
 #include "core/statistics.h"
 #include "fusion/cloud/fuse.h"
-#include "fusion/cloud/fuse.h"
 #include "pipeline/meshing.h"
 #include "report/scene/cloud.h"
 
