@@ -31,7 +31,7 @@ constexpr double kOutlines = 5, kHold = 0.01;          // the outlines are sure,
 constexpr double kFineEdgePx = 2, kSpacingPx = 0.9;
 constexpr std::size_t kMostRefined = 400'000;  // vertices
 
-// World units a pixel, in the middle of the views' depths.
+// World units a pixel, in the middle of the views' depths. (Not PixelSize's: the hull must not depend on the cloud.)
 double PixelOf(const std::vector<DenseView>& views) {
   std::vector<double> pixels;
   for (const DenseView& view : views)
@@ -156,7 +156,6 @@ bool HullSupport::AddTo(std::vector<CloudPoint>& cloud, const Workspace& workspa
   const SurfaceViews views = ViewsOfWorkspace(workspace);
   if (!refinement_.masks || !views.masked) return false;
   const Coverage coverage = CoverageOf(cloud, views, progress);
-  progress.Info(fmt::format("the cloud covers {:.1f} % of the object in the pictures", 100 * coverage.share));
   if (coverage.share >= kCovered || coverage.whole < kWhole || !MasksHold(cloud, views, progress))
     return false;
   const double pixel = PixelOf(views.views);
@@ -165,7 +164,8 @@ bool HullSupport::AddTo(std::vector<CloudPoint>& cloud, const Workspace& workspa
   while (MeanEdge(unseen) > kSpacingPx * pixel) unseen = Finer(unseen);
   for (std::size_t v = 0; v < unseen.vertices.size(); ++v)
     cloud.push_back({unseen.vertices[v].cast<float>(), unseen.normals[v].cast<float>(), {}});
-  progress.Info(fmt::format("{} points of the masks' hull are added", unseen.vertices.size()));
+  progress.Info(fmt::format("views agree on {:.0f} % of the object: the masks' hull completes its surface",
+                            100 * coverage.share));
   return true;
 }
 

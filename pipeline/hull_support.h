@@ -13,7 +13,8 @@ namespace polarscan {
 
 // Few views agree on little. Where they do not, their masks and AoP still tell a shape: the visual hull of the masks
 // (stereo/dense/masks/hull_surface.h), refined until its outlines are the masks' and its normals fit the AoP
-// (fusion/surface/refinement/refine.h). Points of it hold a surface together that the cloud alone would leave to membranes.
+// (fusion/surface/refinement/refine.h). Points of it hold a surface together that the cloud alone would leave to
+// membranes.
 class HullSupport {
  public:
   // Of the weight of looking alike, where the hull was needed: far apart, views look alike in wrong places, too.
@@ -22,10 +23,10 @@ class HullSupport {
   // refinement: of the surface; the hull's differs in what is sure of it.
   explicit HullSupport(const RefineOptions& refinement);
 
-  // Adds the hull's points, with confidence 0 and no views, in whose place no view has points of the cloud; they lie less
-  // than a pixel apart. Returns false, and leaves the cloud as it is, where it covers enough of the object in the views'
-  // pictures, and where masks are missing, cut off by the pictures' borders, or contradict the cloud. Same points for any
-  // number of threads. Throws Cancelled.
+  // Adds, behind the others, the hull's points in whose place no view has points of the cloud, with confidence 0 and
+  // no views; they lie less than a pixel apart. Returns false, and leaves the cloud as it is, where it covers enough of
+  // the object in the views' pictures, and where masks are missing, cut off by the pictures' borders, or contradict the
+  // cloud. Same points for any number of threads. Throws Cancelled.
   bool AddTo(std::vector<CloudPoint>& cloud, const Workspace& workspace, Progress& progress);
 
  private:

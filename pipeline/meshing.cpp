@@ -228,19 +228,21 @@ CloudSurface MakeSurface(const std::vector<CloudPoint>& cloud, const Workspace& 
 
 MeshSummary MakeMesh(const fs::path& cloud_ply, const fs::path& dense, const fs::path& mesh_ply,
                      const MeshOptions& options, Progress& progress) {
-  const std::vector<CloudPoint> cloud = ConfidentPoints(cloud_ply, options.min_confidence);
+  std::vector<CloudPoint> cloud = ConfidentPoints(cloud_ply, options.min_confidence);
   const Workspace workspace = ReadWorkspace(dense);
   MeshOptions helping = options;
   helping.refinement.polarization =
       options.refinement.polarization &&
       AopIsInformative(workspace, options.refinement.masks, options.refinement.aop_noise_deg);
   MeshSummary summary;
-  std::vector<CloudPoint> supported = cloud;
+  const std::size_t measured = cloud.size();  // the hull's points come behind
   HullSupport hull(helping.refinement);
   const bool completed =
-      options.hull_support && options.from.empty() && hull.AddTo(supported, workspace, progress);
+      options.hull_support && options.from.empty() && hull.AddTo(cloud, workspace, progress);
   if (completed) helping.refinement.photometric *= HullSupport::kPhotometric;
-  TriangleMesh mesh = MakeSurface(supported, workspace, helping, summary, progress).mesh;
+  TriangleMesh mesh = MakeSurface(cloud, workspace, helping, summary, progress).mesh;
+  cloud.resize(measured);
+  summary.points = measured;
   if (completed) summary.hull_area = ShareFarFrom(cloud, mesh, options.trim_cells * summary.cell);
   if (summary.hull_area >= kHullWorthSaying)
     progress.Warn(fmt::format(

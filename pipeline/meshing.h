@@ -47,8 +47,7 @@ struct MeshSummary {
   std::string refine_method;  // that refined it
   MvirCounts mvir;            // if that was "mvir"
   double filled_area = 0;     // share of the surface that fills holes: nothing was seen there
-  double hull_area =
-      0;  // share of the surface that is known from masks and AoP alone (pipeline/hull_support.h)
+  double hull_area = 0;       // share of it that is known from masks and AoP alone (pipeline/hull_support.h)
 };
 nlohmann::json ToJson(const MeshSummary& summary);
 
