@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "acquisition/input/forms.h"
+#include "acquisition/input/forms/forms.h"
 #include "apps/command.h"
 #include "core/error.h"
 #include "core/files/files.h"

@@ -9,7 +9,7 @@
 #include "core/files/files.h"
 #include "core/similarity.h"
 #include "evaluation/evaluate_scan.h"
-#include "evaluation/table.h"
+#include "evaluation/output/table.h"
 #include "report/compare_page.h"
 
 namespace polarscan {

@@ -12,7 +12,7 @@
 
 #include "bench/timing.h"
 #include "core/random.h"
-#include "stereo/costs/aop_normal.h"
+#include "stereo/costs/normal_from_aop.h"
 #include "stereo/costs/ncc.h"
 #include "stereo/rounds/band_rows.h"
 

@@ -11,7 +11,7 @@
 #include "core/files/bytes.h"
 #include "core/files/files.h"
 #include "core/formats/ply.h"
-#include "core/formats/stl_obj.h"
+#include "core/formats/read_stl_obj.h"
 #include "core/words.h"
 
 namespace polarscan {

@@ -34,7 +34,7 @@ struct Evaluated {
 };
 
 // Compares one input with the truth. A scan keeps the result in its folder evaluation/
-// (evaluation/files.h) unless arguments.keep is false; where it cannot be written to, that is a warning.
+// (evaluation/output/files.h) unless arguments.keep is false; where it cannot be written to, that is a warning.
 // Pictures are made, at most `picture_px` wide and high, if that is above 0.
 Evaluated EvaluateInput(const std::filesystem::path& input, const EvaluateArguments& arguments,
                         const Truth& truth, int picture_px, Progress& progress);

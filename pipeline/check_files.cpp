@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "acquisition/input/stokes.h"
+#include "acquisition/input/forms/stokes.h"
 #include "core/error.h"
 #include "core/files/files.h"
 #include "core/formats/exr.h"

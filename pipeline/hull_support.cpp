@@ -7,7 +7,6 @@
 #include <numeric>
 
 #include "core/parallel.h"
-#include "core/statistics.h"
 #include "fusion/mesh_topology.h"
 #include "fusion/surface/poisson/poisson.h"
 #include "fusion/surface/refinement/mesh_views.h"
@@ -25,19 +24,11 @@ constexpr double kWhole = 0.5;     // share of the masks that keep clear of the 
 constexpr double kOutside = 0.05;  // share of the cloud that may lie outside of the masks ...
 constexpr double kMarginPx = 3;    // ... by more than this
 constexpr std::size_t kAskedPoints = 5000;             // of the cloud
-constexpr int kHullDepth = 6;                          // of the octree of the hull's surface
+constexpr int kHullDepth = 6;                          // of the octree of the hull's surface, at most
 constexpr int kRefinements = 6, kFineRefinements = 2;  // of the hull; of a hull with smaller triangles
 constexpr double kOutlines = 5, kHold = 0.01;          // the outlines are sure, where the hull was is not
 constexpr double kFineEdgePx = 2, kSpacingPx = 0.9;
 constexpr std::size_t kMostRefined = 400'000;  // vertices
-
-// World units a pixel, in the middle of the views' depths. (Not PixelSize's: the hull must not depend on the cloud.)
-double PixelOf(const std::vector<DenseView>& views) {
-  std::vector<double> pixels;
-  for (const DenseView& view : views)
-    pixels.push_back((view.depth_min + view.depth_max) / 2 / view.camera.fx);
-  return Median(std::move(pixels));
-}
 
 // Where a view has points of the cloud that face it, in cells of its picture.
 Image<std::uint8_t> CellsWithPoints(const std::vector<CloudPoint>& cloud, const DenseView& view) {
@@ -135,7 +126,7 @@ const TriangleMesh& HullSupport::Hull(const SurfaceViews& views, double pixel, P
   std::vector<CloudPoint> points;
   for (const HullPoint& p : HullSurface(views.views, views.mask, progress))
     points.push_back({p.position, p.normal, {}});
-  hull_ = points.empty() ? TriangleMesh() : PoissonSurface(points, kHullDepth, progress);
+  hull_ = points.empty() ? TriangleMesh() : PoissonSurface(points, std::min(kHullDepth, PoissonDepth(points)), progress);
   ComputeVertexNormals(*hull_);
   RefineCounts counts;
   const auto refine = [&](int times) {
@@ -158,7 +149,7 @@ bool HullSupport::AddTo(std::vector<CloudPoint>& cloud, const Workspace& workspa
   const Coverage coverage = CoverageOf(cloud, views, progress);
   if (coverage.share >= kCovered || coverage.whole < kWhole || !MasksHold(cloud, views, progress))
     return false;
-  const double pixel = PixelOf(views.views);
+  const double pixel = MiddlePixel(views.views);  // not PixelSize's: the hull must not depend on the cloud
   TriangleMesh unseen = Unseen(Hull(views, pixel, progress), views, coverage, progress);
   if (unseen.triangles.empty()) return false;
   while (MeanEdge(unseen) > kSpacingPx * pixel) unseen = Finer(unseen);

@@ -10,14 +10,14 @@
 #include "core/files/files.h"
 #include "core/words.h"
 #include "demosaic/sensor/layout.h"
-#include "pipeline/aop_check.h"
+#include "pipeline/stereo/corrections/aop_check.h"
 #include "pipeline/stereo/corrections/polarization_fit.h"
 #include "pipeline/stereo/corrections/pose_refinement.h"
 #include "pipeline/stereo/stereo.h"
 #include "pipeline/views/views.h"
 #include "stereo/dense/masks/mask_fit.h"
 #include "stereo/sfm/known_poses.h"
-#include "stereo/sfm/verdict.h"
+#include "stereo/sfm/check_poses.h"
 #include "stereo/workspace.h"
 
 namespace polarscan {
@@ -116,7 +116,7 @@ void CheckKnownPoses(const Input& input, Progress& progress) {
   for (const InputView& view : input.views)
     views.push_back({view.name, one_size ? input.width : 0, one_size ? input.height : 0});
   std::ranges::sort(views, {}, &ListedView::name);
-  JudgeKnownPoses(ReadKnownPoses(*input.known_model, views, progress),
+  CheckKnownPoses(ReadKnownPoses(*input.known_model, views, progress),
                   input.known_model->lexically_normal().string(), false, progress);
 }
 

@@ -12,7 +12,7 @@
 namespace polarscan {
 
 // Opens the known poses that lie beside the input's pictures, if any, so that what is wrong with them shows
-// before anything is made. Throws and warns as ReadKnownPoses and JudgeKnownPoses do.
+// before anything is made. Throws and warns as ReadKnownPoses and CheckKnownPoses do.
 void CheckKnownPoses(const Input& input, Progress& progress);
 
 // Throws Error if the input has fewer than two views, which show no depth.

@@ -4,7 +4,7 @@
 #include "core/files/files.h"
 #include "core/formats/image_io.h"
 #include "demosaic/false_colour.h"
-#include "evaluation/table.h"
+#include "evaluation/output/table.h"
 #include "report/page_text.h"
 #include "report/pages.h"
 

@@ -5,12 +5,12 @@
 #include <vector>
 
 #include "evaluation/evaluate_scan.h"
-#include "evaluation/plots.h"
+#include "evaluation/output/plots.h"
 
 namespace polarscan {
 
 // Writes one self-contained HTML page that compares scans with the same truth: the figures side by side
-// (evaluation/table.h), the curves, and each view's error pictures. pictures: those of each evaluation,
+// (evaluation/output/table.h), the curves, and each view's error pictures. pictures: those of each evaluation,
 // in the same order. Throws Error if the page cannot be written.
 void WriteComparison(const std::filesystem::path& html, const std::string& truth,
                      const std::vector<NamedEvaluation>& evaluations,

@@ -9,7 +9,7 @@
 #include <set>
 #include <vector>
 
-#include "acquisition/input/angles.h"
+#include "acquisition/input/forms/angles.h"
 #include "core/error.h"
 #include "core/files/view_name.h"
 #include "core/formats/image_io.h"

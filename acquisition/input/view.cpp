@@ -5,10 +5,10 @@
 #include <cctype>
 #include <map>
 
+#include "acquisition/input/forms/stokes.h"
 #include "acquisition/input/input.h"
 #include "acquisition/input/masks.h"
 #include "acquisition/input/shot.h"
-#include "acquisition/input/stokes.h"
 #include "acquisition/session/session_views.h"
 #include "core/error.h"
 #include "core/formats/tiff_pages.h"

@@ -142,7 +142,7 @@ std::size_t PlacesOf(const std::vector<Agreement>& agreements) {
   return places;
 }
 
-CloudPoint Fuse(const ViewMaps& reference, int x, int y,
+CloudPoint FusePixel(const ViewMaps& reference, int x, int y,
                 const std::vector<std::shared_ptr<const ViewMaps>>& candidates,
                 const std::vector<Agreement>& agreements) {
   const SurfacePoint seed = BackProject(reference, x, y);

@@ -66,7 +66,7 @@ std::size_t PlacesOf(const std::vector<Agreement>& agreements);
 // the pixels' tangent planes. Confidence in [0, 1): 1 - exp(-s), s = sum over agreeing places of sin(a) (1 -
 // residual), with a the angle at the point between that view and the reference (90 degrees at most): many
 // views from well apart that agree well. Of a place's views the best counts.
-CloudPoint Fuse(const ViewMaps& reference, int x, int y,
+CloudPoint FusePixel(const ViewMaps& reference, int x, int y,
                 const std::vector<std::shared_ptr<const ViewMaps>>& candidates,
                 const std::vector<Agreement>& agreements);
 

@@ -66,7 +66,7 @@ Row FuseRow(const ViewMaps& reference, int view, int y, const Candidates& candid
                double(asked.seen_through) > options.contradictions * double(agreeing)) {
       ++row.counts.contradicted;
     } else {
-      row.points.push_back(Fuse(reference, x, y, candidates.maps, agreements));
+      row.points.push_back(FusePixel(reference, x, y, candidates.maps, agreements));
       const double area = PatchArea(reference, x, y);
       for (const Agreement& a : agreements)
         Absorb(*candidates.maps[std::size_t(a.view)], a, area, limits.relative_depth, row);

@@ -11,7 +11,7 @@
 #include "core/parallel.h"
 #include "core/statistics.h"
 #include "demosaic/false_colour.h"
-#include "evaluation/files.h"
+#include "evaluation/output/files.h"
 #include "report/pictures.h"
 #include "stereo/workspace.h"
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "stereo/costs/aop_normal.h"
+#include "stereo/costs/normal_from_aop.h"
 
 namespace polarscan {
 namespace {

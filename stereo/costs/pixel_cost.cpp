@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "stereo/costs/hull.h"
+#include "stereo/costs/hull_intervals.h"
 
 namespace polarscan {
 namespace {

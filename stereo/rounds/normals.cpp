@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/parallel.h"
-#include "stereo/costs/aop_normal.h"
+#include "stereo/costs/normal_from_aop.h"
 
 namespace polarscan {
 namespace {

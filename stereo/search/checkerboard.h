@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "core/progress.h"
-#include "stereo/costs/hull.h"
+#include "stereo/costs/hull_intervals.h"
 #include "stereo/costs/problem.h"
 #include "stereo/options.h"
 

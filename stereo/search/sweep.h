@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "core/progress.h"
-#include "stereo/costs/hull.h"
+#include "stereo/costs/hull_intervals.h"
 #include "stereo/costs/problem.h"
 #include "stereo/options.h"
 

@@ -12,7 +12,7 @@
 #include "core/files/view_name.h"
 #include "core/words.h"
 #include "stereo/sfm/model/camera_models.h"
-#include "stereo/sfm/verdict.h"
+#include "stereo/sfm/check_poses.h"
 
 namespace polarscan {
 namespace {

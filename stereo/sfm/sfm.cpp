@@ -14,7 +14,7 @@
 #include "stereo/sfm/known_poses.h"
 #include "stereo/sfm/model/camera_models.h"
 #include "stereo/sfm/scene_points.h"
-#include "stereo/sfm/verdict.h"
+#include "stereo/sfm/check_poses.h"
 
 namespace polarscan {
 namespace {
@@ -316,9 +316,9 @@ SparseModel EstimatePoses(const fs::path& views_folder, const fs::path& sfm_fold
     model.offset = offset;  // COLMAP's answer knows of none
   }
   if (known_model)
-    JudgeKnownPoses(model, known_model->lexically_normal().string(), options.bundle_adjustment, progress);
+    CheckKnownPoses(model, known_model->lexically_normal().string(), options.bundle_adjustment, progress);
   else
-    JudgePoses(model, views, evidence, options.min_registered, log.string(), progress);
+    CheckEstimatedPoses(model, views, evidence, options.min_registered, log.string(), progress);
   WriteResult(sfm_folder / "model", hash, model, views.size());
   return model;
 }

@@ -9,7 +9,7 @@
 
 #include "core/random.h"
 #include "sphere_problem.h"
-#include "stereo/costs/aop_normal.h"
+#include "stereo/costs/normal_from_aop.h"
 #include "stereo/rounds/integrate.h"
 #include "stereo/rounds/normals.h"
 #include "stereo/rounds/round.h"

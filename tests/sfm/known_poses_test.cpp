@@ -6,7 +6,7 @@
 #include <set>
 
 #include "sfm_stage.h"
-#include "stereo/sfm/pose_readings.h"
+#include "stereo/sfm/pose_conventions.h"
 
 namespace polarscan {
 namespace {
@@ -155,17 +155,17 @@ TEST(PoseReadings, PosesOfAnotherConventionAreFoundOutAndRightOnesAreNot) {
     const Eigen::Matrix3d turn = Eigen::Vector3d(1, -1, -1).asDiagonal();
     pose = {turn * pose.rotation, turn * pose.translation};
   };
-  EXPECT_EQ(OtherReading(Written([](Rigid&) {})), "");
+  EXPECT_EQ(OtherConvention(Written([](Rigid&) {})), "");
   EXPECT_TRUE(
-      Contains(OtherReading(Written(to_world)), "with the poses as those of the camera in the world"));
-  EXPECT_TRUE(Contains(OtherReading(Written(axes)), "with the cameras' axes as y up"));
-  const std::string both = OtherReading(Written([&](Rigid& pose) { axes(pose), to_world(pose); }));
+      Contains(OtherConvention(Written(to_world)), "with the poses as those of the camera in the world"));
+  EXPECT_TRUE(Contains(OtherConvention(Written(axes)), "with the cameras' axes as y up"));
+  const std::string both = OtherConvention(Written([&](Rigid& pose) { axes(pose), to_world(pose); }));
   EXPECT_TRUE(Contains(both, "in the world (camera to world) and the cameras' axes as y up")) << both;
   SparseModel moved = Written(to_world);  // in a local frame
   moved.offset = {1, 2, 3};
   for (auto& [id, image] : moved.images)
     image.cam_from_world.translation += image.cam_from_world.rotation * moved.offset;
-  EXPECT_EQ(OtherReading(moved), OtherReading(Written(to_world)));
+  EXPECT_EQ(OtherConvention(moved), OtherConvention(Written(to_world)));
 }
 
 TEST(PoseReadings, FlightsAndRoomsAreNotDoubted) {
@@ -174,13 +174,13 @@ TEST(PoseReadings, FlightsAndRoomsAreNotDoubted) {
     pose.rotation = Eigen::Vector3d(1, -1, -1).asDiagonal();
     pose.translation = -(pose.rotation * place);
   });
-  EXPECT_EQ(OtherReading(flight), "");
+  EXPECT_EQ(OtherConvention(flight), "");
   SparseModel room = Written([](Rigid& pose) {  // looks outward
     const Eigen::Matrix3d turn = Eigen::Vector3d(-1, 1, -1).asDiagonal();
     pose = {turn * pose.rotation, turn * pose.translation};
   });
   room.points[1] = {};  // found in its pictures
-  EXPECT_EQ(OtherReading(room), "");
+  EXPECT_EQ(OtherConvention(room), "");
 }
 
 }  // namespace

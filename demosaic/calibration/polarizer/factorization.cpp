@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <cmath>
 
 #include "core/error.h"
@@ -20,6 +22,13 @@ using Eigen::Vector3d;
 
 constexpr double kWorstCondition = 20;  // of the frames' angles; even ones have sqrt(2)
 
+// The unit vector x with the smallest |equations x|. By the normal equations: it is only where the maximum-likelihood
+// refinement begins, and they compile in a tenth of the time that a singular value decomposition takes.
+Eigen::VectorXd LeastSquaresNull(const MatrixXd& equations) {
+  const MatrixXd squares = equations.transpose() * equations;
+  return Eigen::SelfAdjointEigenSolver<MatrixXd>(squares).eigenvectors().col(0);
+}
+
 // The matrix (up to scale) with matrix * space[k] ~ (1, p cos 2 angle, p sin 2 angle).
 Matrix3d SolveKnown(const Matrix3Xd& space, const std::vector<double>& angles_deg, double degree) {
   const Eigen::Index frames = space.cols();
@@ -32,8 +41,7 @@ Matrix3d SolveKnown(const Matrix3Xd& space, const std::vector<double>& angles_de
     equations.block<1, 3>(2 * k + 1, 0) = -degree * std::sin(turn) * v;
     equations.block<1, 3>(2 * k + 1, 6) = v;
   }
-  const Eigen::JacobiSVD<MatrixXd> svd(equations, Eigen::ComputeThinV);
-  const Eigen::VectorXd solution = svd.matrixV().col(8);
+  const Eigen::VectorXd solution = LeastSquaresNull(equations);
   Matrix3d matrix;
   matrix << solution.segment<3>(0).transpose(), solution.segment<3>(3).transpose(),
       solution.segment<3>(6).transpose();
@@ -48,8 +56,7 @@ Matrix3d SolveCone(const Matrix3Xd& space) {
     equations.row(k) << v[0] * v[0], v[1] * v[1], v[2] * v[2], 2 * v[0] * v[1], 2 * v[0] * v[2],
         2 * v[1] * v[2];
   }
-  const Eigen::JacobiSVD<MatrixXd> svd(equations, Eigen::ComputeFullV);
-  const Eigen::VectorXd q = svd.matrixV().col(5);
+  const Eigen::VectorXd q = LeastSquaresNull(equations);
   Matrix3d form;
   form << q[0], q[3], q[4], q[3], q[1], q[5], q[4], q[5], q[2];
   return form.determinant() > 0 ? form : Matrix3d(-form);
@@ -57,7 +64,7 @@ Matrix3d SolveCone(const Matrix3Xd& space) {
 
 // The Lorentz boost after which the first component of light on the cone is as even as can be.
 Matrix3d BoostToEvenBrightness(const Matrix3Xd& light) {
-  const Vector3d even = light.transpose().colPivHouseholderQr().solve(Eigen::VectorXd::Ones(light.cols()));
+  const Vector3d even = Matrix3d(light * light.transpose()).ldlt().solve(Vector3d(light.rowwise().sum()));
   const double norm2 = even[0] * even[0] - even[1] * even[1] - even[2] * even[2];
   if (even[0] <= 0 || norm2 <= 0) return Matrix3d::Identity();
   const Vector3d u = even / std::sqrt(norm2);

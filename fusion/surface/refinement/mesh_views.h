@@ -6,7 +6,7 @@
 
 #include "core/mesh.h"
 #include "core/progress.h"
-#include "stereo/costs/aop_normal.h"
+#include "stereo/costs/normal_from_aop.h"
 #include "stereo/dense_view.h"
 
 namespace polarscan {

@@ -11,7 +11,7 @@
 #include "fusion/surface/refinement/normal_fit.h"
 #include "fusion/surface/refinement/photometric.h"
 #include "fusion/surface/refinement/silhouettes.h"
-#include "stereo/costs/aop_normal.h"
+#include "stereo/costs/normal_from_aop.h"
 
 namespace polarscan {
 namespace {

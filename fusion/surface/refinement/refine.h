@@ -35,7 +35,7 @@ struct RefineCounts {
 
 // Moves the vertices along their normals until the surface's normals fit the AoP of all views that see them,
 // its outlines those of the masks, and it looks alike in all views. In each round every vertex gets the
-// robust quadratic form of its AoP samples (diffuse or specular, whichever fits: stereo/costs/aop_normal.h),
+// robust quadratic form of its AoP samples (diffuse or specular, whichever fits: stereo/costs/normal_from_aop.h),
 // the pulls of the outlines (fusion/surface/refinement/silhouettes.h) and of its appearance
 // (fusion/surface/refinement/photometric.h), where its AoP say little also a pull of its normal to that of
 // its surroundings (the other two would leave ridges); then all vertices move at once

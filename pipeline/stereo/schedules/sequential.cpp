@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "pipeline/stereo/stage_inputs.h"
-#include "stereo/costs/hull.h"
+#include "stereo/costs/hull_intervals.h"
 #include "stereo/dense/load_view.h"
 #include "stereo/search/continuous.h"
 #include "stereo/search/filter.h"

@@ -17,7 +17,7 @@ constexpr float kFar = 3;  // cells: distances to the hull are not told apart be
 // Distances to the hull at the corners of a grid's cells: positive inside, in cells.
 class DistanceGrid {
  public:
-  explicit DistanceGrid(const ObjectBox& box) : side_((box.high - box.low).maxCoeff() / kHullCells) {
+  DistanceGrid(const ObjectBox& box, double side) : side_(side) {
     low_ = box.low - Eigen::Vector3d::Constant(2 * side_);
     for (int axis = 0; axis < 3; ++axis)
       count_[axis] = int(std::ceil((box.high[axis] - box.low[axis]) / side_)) + 5;
@@ -101,7 +101,7 @@ std::vector<HullPoint> HullSurface(const std::vector<DenseView>& views, const Ma
                                    Progress& progress) {
   const auto [masked, box] = BoxOfMasks(views, mask, progress);
   if (!box) return {};
-  DistanceGrid grid(*box);
+  DistanceGrid grid(*box, std::max((box->high - box->low).maxCoeff() / kHullCells, MiddlePixel(views)));
   for (const int view : masked) {
     progress.Check();
     grid.Carve(views[std::size_t(view)], mask(view));

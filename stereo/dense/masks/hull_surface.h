@@ -15,7 +15,7 @@ struct HullPoint {
 };
 
 // Where the visual hull of all masks crosses the edges of a grid of kHullCells cells along the longest side of the
-// object's box. What a picture does not show lies outside of the hull if the view's mask keeps clear of the border.
+// object's box (fewer if they would be smaller than a pixel). What a picture does not show lies outside of the hull if the view's mask keeps clear of the border.
 // Needs the views' depth ranges. Empty where masks bound nothing. Throws Cancelled. Same points for any number of threads.
 constexpr int kHullCells = 128;
 std::vector<HullPoint> HullSurface(const std::vector<DenseView>& views, const MaskOf& mask,

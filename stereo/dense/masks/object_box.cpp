@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/parallel.h"
+#include "core/statistics.h"
 
 namespace polarscan {
 namespace {
@@ -48,6 +49,13 @@ ObjectBox Common(const std::vector<ObjectBox>& boxes) {
 }
 
 }  // namespace
+
+double MiddlePixel(const std::vector<DenseView>& views) {
+  std::vector<double> pixels;
+  for (const DenseView& view : views)
+    pixels.push_back((view.depth_min + view.depth_max) / 2 / view.camera.fx);
+  return Median(std::move(pixels));
+}
 
 MasksBox BoxOfMasks(const std::vector<DenseView>& views, const MaskOf& mask, Progress& progress) {
   MasksBox result;

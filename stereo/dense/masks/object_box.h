@@ -23,6 +23,9 @@ struct MasksBox {
   std::vector<int> masked;       // views whose mask holds something
   std::optional<ObjectBox> box;  // what all but a few of them contain; none: nothing
 };
+// World units a pixel in the middle of the views' depth ranges, median.
+double MiddlePixel(const std::vector<DenseView>& views);
+
 MasksBox BoxOfMasks(const std::vector<DenseView>& views, const MaskOf& mask, Progress& progress);
 
 }  // namespace polarscan

@@ -1,137 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Masks as other programs save and name them, and what pictures say of themselves. The files are made here
-// byte by byte: nothing of the program's own writers or of its picture library is in them.
+// Masks as other programs save and name them.
+#include "acquisition/input/masks.h"
+
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <fstream>
 
-#include "acquisition/input/masks.h"
 #include "acquisition/session/import_export.h"
-#include "core/error.h"
-#include "core/files/files.h"
 #include "core/formats/picture_tags.h"
+#include "tests/acquisition/input/picture_bytes.h"
 
 namespace polarscan {
 namespace {
 
 namespace fs = std::filesystem;
-using namespace std::string_literals;
 
-constexpr int kWidth = 12, kHeight = 8;
-
-bool InObject(int x, int y) { return x >= 3 && x < 9 && y >= 2 && y < 5; }
-
-std::string BigEndian(std::uint32_t value, int bytes = 4) {
-  std::string text;
-  for (int i = bytes - 1; i >= 0; --i) text += char(value >> (8 * i));
-  return text;
-}
-
-std::string Chunk(const std::string& kind, const std::string& data) {
-  std::uint32_t crc = ~0u;
-  for (const char c : kind + data) {
-    crc ^= static_cast<unsigned char>(c);
-    for (int bit = 0; bit < 8; ++bit) crc = crc & 1 ? crc >> 1 ^ 0xEDB88320u : crc >> 1;
-  }
-  return BigEndian(std::uint32_t(data.size())) + kind + data + BigEndian(~crc);
-}
-
-// A PNG of these rows; colour: 0 grey, 2 RGB, 3 palette, 4 grey and alpha, 6 RGBA. more: chunks before the
-// rows.
-std::string Png(int bits, int colour, const std::vector<std::string>& rows, const std::string& more = "",
-                int width = kWidth) {
-  std::string raw;
-  for (const std::string& row : rows) raw += '\0' + row;
-  std::uint32_t a = 1, b = 0;
-  for (const char c : raw) a = (a + static_cast<unsigned char>(c)) % 65521, b = (b + a) % 65521;
-  const auto size = std::uint32_t(raw.size());
-  const std::string length = {char(size), char(size >> 8)}, complement = {char(~size), char(~size >> 8)};
-  const std::string zlib = "\x78\x01\x01" + length + complement + raw + BigEndian(b << 16 | a);
-  return "\x89PNG\r\n\x1A\n"s +
-         Chunk("IHDR", BigEndian(std::uint32_t(width)) + BigEndian(std::uint32_t(rows.size())) + char(bits) +
-                           char(colour) + "\0\0\0"s) +
-         more + Chunk("IDAT", zlib) + Chunk("IEND", "");
-}
-
-// The mask of InObject, each pixel's bytes as given.
-std::vector<std::string> Rows(const std::string& outside, const std::string& object) {
-  std::vector<std::string> rows;
-  for (int y = 0; y < kHeight; ++y) {
-    rows.emplace_back();
-    for (int x = 0; x < kWidth; ++x) rows.back() += InObject(x, y) ? object : outside;
-  }
-  return rows;
-}
-
-std::vector<std::string> OneBitRows() {
-  std::vector<std::string> rows;
-  for (int y = 0; y < kHeight; ++y) {
-    rows.emplace_back(2, '\0');
-    for (int x = 0; x < kWidth; ++x)
-      if (InObject(x, y)) rows.back()[std::size_t(x / 8)] |= char(0x80 >> x % 8);
-  }
-  return rows;
-}
-
-std::string Exif(int orientation) {
-  return "MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0"s + char(orientation) + "\0\0\0\0\0\0"s;
-}
-
-std::string JpegWithExif(const Image<Rgb8>& picture, int orientation) {
-  const std::string block = "Exif\0\0"s + Exif(orientation);
-  return EncodeJpeg(picture, 95)
-      .insert(2, "\xFF\xE1" + BigEndian(std::uint32_t(block.size()) + 2, 2) + block);
-}
-
-class MasksTest : public testing::Test {
- protected:
-  MasksTest() {
-    std::string name = (fs::temp_directory_path() / "polarscan-masks-XXXXXX").string();
-    folder_ = ::mkdtemp(name.data());
-  }
-  ~MasksTest() override { fs::remove_all(folder_); }
-
-  void Write(const std::string& name, const std::string& bytes) const {
-    WriteFileAtomically(folder_ / name, bytes);
-  }
-  void Photo(const std::string& name) const {
-    WritePng(folder_ / name, Image<Rgb8>(kWidth, kHeight, {200, 100, 50}));
-  }
-  Input Open(const InputOptions& options = {}) const { return OpenInput(folder_, options); }
-  std::string Warnings(const InputOptions& options = {}) const {
-    std::string text;
-    for (const std::string& warning : Open(options).warnings) text += warning + "\n";
-    return text;
-  }
-  std::string Odd() const {
-    std::string text;
-    for (const std::string& odd : CheckMasks(Open(), silent_)) text += odd + "\n";
-    return text;
-  }
-  std::string MaskError() const {
-    try {
-      Odd();
-      return "";
-    } catch (const Error& error) {
-      return error.what();
-    }
-  }
-
-  fs::path folder_;
-  Progress silent_;
-};
-
-void ExpectObject(const Image<std::uint8_t>& mask, const std::string& what) {
-  ASSERT_EQ(mask.width(), kWidth) << what;
-  ASSERT_EQ(mask.height(), kHeight) << what;
-  for (int y = 0; y < kHeight; ++y)
-    for (int x = 0; x < kWidth; ++x)
-      ASSERT_EQ(mask(x, y), InObject(x, y) ? 255 : 0) << what << " " << x << " " << y;
-}
-
-bool Tells(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-#define EXPECT_TELLS(text, part) EXPECT_PRED2(Tells, text, part)
+class MasksTest : public PictureFolder {};
 
 TEST_F(MasksTest, TheObjectIsWhereAMaskIsNotBlackWhateverItsDepthAndColours) {
   const std::string palette = Chunk("PLTE", "\0\0\0\0\0\x80"s), hidden = Chunk("tRNS", "\0"s);
@@ -157,8 +41,6 @@ TEST_F(MasksTest, TheObjectIsWhereAMaskIsNotBlackWhateverItsDepthAndColours) {
   }
 }
 
-// Edges of half a brightest value, and noise of a JPEG near black: the object is as large as with a hard
-// edge.
 TEST_F(MasksTest, SoftMasksAreCutAtHalfOfTheirBrightestValueAndLabelsAreNot) {
   Image<std::uint8_t> soft(100, 100), labels(100, 100), shaded(100, 100);
   Image<Rgb8> noisy(100, 100);
@@ -221,30 +103,10 @@ TEST_F(MasksTest, MasksWithoutAPictureEmptyOnesAndFullOnesAreNamed) {
   EXPECT_TELLS(MaskError(), "the mask is 7x1, its picture 12x8");
 }
 
-// A picture that is stored on its side: the mask may be made from it as shown, as stored, or with the same
-// tag.
 TEST_F(MasksTest, FilesAmongTheMasksThatAreNotReadAreNamed) {
   Write("masks/a.gif", "GIF89a");
   for (const char* name : {"a.png", "b.png"}) Photo(name);
   EXPECT_NE(Warnings().find("in masks/: 1 .gif file is not read (a.gif)"), std::string::npos) << Warnings();
-}
-
-TEST_F(MasksTest, AnglesOfPolarizationThatEndLongBeforeHalfATurnAreWarnedOf) {
-  const auto warns = [&](int most, const std::string& scale) {
-    for (const char* folder : {"rgb", "aop", "dop"})
-      for (const char* view : {"/a.png", "/b.png"}) {
-        Image<std::uint8_t> picture(16, 12);
-        for (int y = 0; y < 12; ++y)
-          for (int x = 0; x < 16; ++x) picture(x, y) = std::uint8_t((x + 16 * y) * most / 191);
-        WritePng(folder_ / (std::string(folder) + view), picture);
-      }
-    InputOptions options;
-    options.aop_scale = scale;
-    return Warnings(options).find("--aop-scale degrees") != std::string::npos;
-  };
-  EXPECT_TRUE(warns(179, "auto"));
-  EXPECT_FALSE(warns(254, "auto"));
-  EXPECT_FALSE(warns(179, "half-turn"));
 }
 
 TEST_F(MasksTest, FollowTheExifOrientationOfTheirPictures) {
@@ -285,46 +147,6 @@ TEST_F(MasksTest, WhatIsTransparentInAPictureIsItsMaskIfThereIsNoOther) {
   EXPECT_TELLS(input.notes.at(0), "what is transparent in the pictures counts as their mask");
   Write("masks/a.png", Png(8, 0, Rows("\1", "\0"s)));
   EXPECT_EQ(ReadView(Open(), 0).mask(0, 0), 255);
-}
-
-TEST_F(MasksTest, PicturesThatSayThatTheyAreCodedForShowingAreNotTakenAsLinearWithoutAWord) {
-  const std::string srgb = Chunk("sRGB", "\0"s), gamma = Chunk("gAMA", BigEndian(45455)),
-                    linear = Chunk("gAMA", BigEndian(100000)),
-                    profile = Chunk("iCCP", "Adobe RGB\0\0"s + "anything");
-  for (const std::string& chunk : {srgb, gamma, profile, linear, ""s}) {
-    for (const char* angle : {"0", "45", "90", "135"})
-      Write(angle + "/a.png"s, Png(8, 0, Rows("\x40", "\x50"), chunk));
-    const bool told = !chunk.empty() && chunk != linear;
-    EXPECT_EQ(Tells(Warnings(), "coded for showing"), told) << chunk;
-    EXPECT_EQ(Open().notes.empty(), told) << chunk;  // else that it cannot be known
-    EXPECT_EQ(Warnings({.gamma = 2.2}), "");
-  }
-}
-
-TEST_F(MasksTest, SixteenBitPhotosThatSayThatTheyAreCodedForShowingAreNamed) {
-  const auto rows = Rows("\x40\0\x50\0\x60\0"s, "\x60\0\x50\0\x40\0"s);
-  Write("a.png", Png(16, 2, rows, Chunk("sRGB", "\0"s)));
-  EXPECT_TELLS(Warnings(), "a.png says that its values are coded for showing");
-  EXPECT_EQ(Warnings({.gamma = 2.2}), "");
-  Write("a.png", Png(16, 2, rows));
-  EXPECT_EQ(Warnings(), "");
-}
-
-TEST_F(MasksTest, AnglesOfPolarizationAsJpegAreWarnedOf) {
-  Photo("rgb/a.png");
-  Photo("dop/a.png");
-  Write("aop/a.jpg", EncodeJpeg(Image<Rgb8>(kWidth, kHeight, {9, 9, 9}), 95));
-  EXPECT_TELLS(Warnings(), "1 of 1 pictures in aop/ are JPEG");
-  fs::remove(folder_ / "aop/a.jpg");
-  Photo("aop/a.png");
-  EXPECT_EQ(Warnings(), "");
-}
-
-TEST_F(MasksTest, MoreBitsOrAHigherWhiteLevelThanTheFilesHoldAreWarnedOf) {
-  Write("mosaic/a.png", Png(8, 0, Rows("\x40", "\x50")));
-  EXPECT_TELLS(Warnings({.layout = "90 45 / 135 0", .bits = 12}), "these pictures hold 8 bits, not 12");
-  EXPECT_TELLS(Warnings({.layout = "90 45 / 135 0", .white_level = 4000}), "reaches the white level 4000");
-  EXPECT_EQ(Warnings({.layout = "90 45 / 135 0", .bits = 8, .white_level = 250}), "");
 }
 
 TEST_F(MasksTest, PosesMasksAndWhatCountsMeanGoIntoASessionAndComeOutAgain) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "evaluation/plots.h"
+#include "evaluation/output/plots.h"
 
 #include <fmt/format.h>
 

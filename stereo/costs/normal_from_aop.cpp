@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/costs/aop_normal.h"
+#include "stereo/costs/normal_from_aop.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,11 +3,11 @@
 
 #include <algorithm>
 
-#include "acquisition/input/angles.h"
 #include "acquisition/input/files.h"
-#include "acquisition/input/forms.h"
+#include "acquisition/input/forms/angles.h"
+#include "acquisition/input/forms/forms.h"
+#include "acquisition/input/forms/stokes.h"
 #include "acquisition/input/ignored_files.h"
-#include "acquisition/input/stokes.h"
 #include "core/error.h"
 #include "core/files/files.h"
 #include "core/formats/exr.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/input/stokes.h"
+#include "acquisition/input/forms/stokes.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

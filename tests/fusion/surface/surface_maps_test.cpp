@@ -9,7 +9,7 @@
 
 #include "core/error.h"
 #include "core/random.h"
-#include "pipeline/aop_check.h"
+#include "pipeline/stereo/corrections/aop_check.h"
 #include "pipeline/stereo/done_list.h"
 #include "stereo/costs/stereo_view.h"
 #include "stereo/dense/load_view.h"

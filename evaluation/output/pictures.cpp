@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "evaluation/pictures.h"
+#include "evaluation/output/pictures.h"
 
 #include <cmath>
 

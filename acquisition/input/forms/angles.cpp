@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/input/angles.h"
+#include "acquisition/input/forms/angles.h"
 
 #include <fmt/ranges.h>
 

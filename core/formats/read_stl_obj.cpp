@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/formats/stl_obj.h"
+#include "core/formats/read_stl_obj.h"
 
 #include <fmt/format.h>
 

@@ -10,6 +10,6 @@ namespace polarscan {
 // poses are read, but would all do so read another way (quaternion x y z w, camera to world, y up and z
 // backward), says that in words; else empty. So it is for fewer than three poses, for parallel lines of
 // sight, and for models with points, which bear the poses out.
-std::string OtherReading(const SparseModel& model);
+std::string OtherConvention(const SparseModel& model);
 
 }  // namespace polarscan

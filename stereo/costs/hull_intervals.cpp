@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/costs/hull.h"
+#include "stereo/costs/hull_intervals.h"
 
 #include "core/parallel.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/sfm/verdict.h"
+#include "stereo/sfm/check_poses.h"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 #include "core/error.h"
 #include "core/statistics.h"
 #include "stereo/sfm/model/camera_models.h"
-#include "stereo/sfm/pose_readings.h"
+#include "stereo/sfm/pose_conventions.h"
 #include "stereo/workspace.h"
 
 namespace polarscan {
@@ -188,7 +188,7 @@ bool HasMoved(const SparseModel& model) {
   return model.images.empty() || Parallax(model).value_or(0) > kLeastParallaxPx;
 }
 
-void JudgePoses(const SparseModel& model, const std::vector<ListedView>& views, const Evidence& evidence,
+void CheckEstimatedPoses(const SparseModel& model, const std::vector<ListedView>& views, const Evidence& evidence,
                 double smallest_share, const std::string& log, Progress& progress) {
   const std::vector<std::string> missing = MissingViews(model, views);
   const std::size_t registered = views.size() - missing.size();
@@ -216,7 +216,7 @@ void JudgePoses(const SparseModel& model, const std::vector<ListedView>& views, 
                "Try the camera model SIMPLE_RADIAL, or give the focal length", progress);
 }
 
-void JudgeKnownPoses(const SparseModel& model, const std::string& where, bool adjusted, Progress& progress) {
+void CheckKnownPoses(const SparseModel& model, const std::string& where, bool adjusted, Progress& progress) {
   const std::string in_pixels =
       "Focal lengths and principal points are in pixels: the lens's mm / the sensor's width in mm * the "
       "picture's width";
@@ -234,7 +234,7 @@ void JudgeKnownPoses(const SparseModel& model, const std::string& where, bool ad
     throw Error("all cameras of the known poses stand at one place", where,
                 "Depth needs views from several places. Poses are cam_from_world: the translation is not the "
                 "camera's place, but minus the rotation times it");
-  if (const std::string other = OtherReading(model); !other.empty())
+  if (const std::string other = OtherConvention(model); !other.empty())
     progress.Warn(fmt::format("{} ({})", other, where));
   JudgeCameras(model,
                adjusted ? fmt::format("They were adjusted and are not right yet: check them and the focal "

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "evaluation/table.h"
+#include "evaluation/output/table.h"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/sfm/pose_readings.h"
+#include "stereo/sfm/pose_conventions.h"
 
 #include <fmt/format.h>
 
@@ -72,7 +72,7 @@ std::string ReadingWords(const Reading& reading) {
 
 }  // namespace
 
-std::string OtherReading(const SparseModel& model) {
+std::string OtherConvention(const SparseModel& model) {
   if (model.images.size() < 3 || !model.points.empty()) return "";
   std::vector<Rigid> given;  // as in the file: before the move to the local frame
   for (const auto& [id, image] : model.images) {

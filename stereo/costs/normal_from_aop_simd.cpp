@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The siblings of AopSystemScalar and AopEnergyScalar for vectors of any width (see ncc_simd.cpp).
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "stereo/costs/aop_normal_simd.cpp"
+#define HWY_TARGET_INCLUDE "stereo/costs/normal_from_aop_simd.cpp"
 #include <hwy/foreach_target.h>  // must come before highway.h
 
 #include <hwy/highway.h>
 
-#include "stereo/costs/aop_normal.h"
+#include "stereo/costs/normal_from_aop.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace polarscan::HWY_NAMESPACE {

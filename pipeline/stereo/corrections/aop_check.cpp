@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/aop_check.h"
+#include "pipeline/stereo/corrections/aop_check.h"
 
 #include <Eigen/Dense>
 #include <algorithm>

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "evaluation/files.h"
+#include "evaluation/output/files.h"
 
 #include <algorithm>
 #include <set>
 
 #include "core/files/files.h"
 #include "core/formats/image_io.h"
-#include "evaluation/pictures.h"
-#include "evaluation/plots.h"
+#include "evaluation/output/pictures.h"
+#include "evaluation/output/plots.h"
 #include "fusion/cloud/cloud.h"
 
 namespace fs = std::filesystem;

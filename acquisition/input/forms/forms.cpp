@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/input/forms.h"
+#include "acquisition/input/forms/forms.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 
-#include "acquisition/input/angles.h"
 #include "acquisition/input/files.h"
+#include "acquisition/input/forms/angles.h"
 #include "acquisition/input/ignored_files.h"
 #include "core/error.h"
 #include "core/files/files.h"
