@@ -16,8 +16,8 @@
 #include "pipeline/stereo/stereo.h"
 #include "pipeline/views/views.h"
 #include "stereo/dense/masks/mask_fit.h"
-#include "stereo/sfm/known_poses.h"
 #include "stereo/sfm/check_poses.h"
+#include "stereo/sfm/known_poses.h"
 #include "stereo/workspace.h"
 
 namespace polarscan {
@@ -157,13 +157,17 @@ void RunSfm(Scan& scan, const std::optional<fs::path>& known_model, const SfmOpt
 
 void RunDense(Scan& scan, const UndistortOptions& options) {
   scan.Run({"dense", ValuesOf(options)}, [&](Progress& progress) -> nlohmann::json {
-    const std::string mended = MaskMendingWords(
-        Undistort(scan.views(), ReadSparseModel(scan.sfm() / "model"), scan.dense(), options, progress));
+    const MaskNotes masks =
+        Undistort(scan.views(), ReadSparseModel(scan.sfm() / "model"), scan.dense(), options, progress);
     const Workspace workspace = ReadWorkspace(scan.dense());
     const std::string doubt = MaskFitWords(MasksThatDoNotFit(workspace, progress));
     if (!doubt.empty()) progress.Warn(doubt);
     nlohmann::json counts = {{"views", workspace.views.size()}};
-    if (!mended.empty()) {
+    if (const std::string found = FoundMasksWords(masks.found); !found.empty()) {
+      if (masks.found.views > 0) counts["masks"]["found"] = found;
+      progress.Info(found);
+    }
+    if (const std::string mended = MaskMendingWords(masks.mending); !mended.empty()) {
       counts["masks"]["mended"] = mended;
       progress.Warn(mended);
     }

@@ -106,8 +106,10 @@ void FindRefinedPoses(const json& scan, json& list) {
   if (!refined.empty()) list.push_back(Finding("poses", "The poses were refined", Sentence(refined)));
 }
 
-void FindMendedMasks(const json& scan, json& list) {
-  const std::string mended = CountsOf(scan, "dense").value("masks", json::object()).value("mended", "");
+void FindMasksAtWork(const json& scan, json& list) {
+  const json masks = CountsOf(scan, "dense").value("masks", json::object());
+  const std::string found = masks.value("found", ""), mended = masks.value("mended", "");
+  if (!found.empty()) list.push_back(Finding("masks", "Masks were found in the pictures", Sentence(found)));
   if (!mended.empty()) list.push_back(Finding("masks", "The masks were mended", Sentence(mended)));
 }
 
@@ -256,7 +258,7 @@ json Findings(const FindingsInput& input) {
   FindPieces(input, list);
   FindFewDepths(input.scan, list);
   FindRefinedPoses(input.scan, list);
-  FindMendedMasks(input.scan, list);
+  FindMasksAtWork(input.scan, list);
   FindHull(input.scan, list);
   FindWrongAngles(input.scan, list);
   if (!input.cameras.empty()) {

@@ -124,14 +124,23 @@ void ApplyDepthOptions(const UndistortOptions& options, DenseView& view) {
                 "Check depth-min and depth-max; they are in the units of the poses");
 }
 
-// Mends the masks, and the depth ranges that come of them.
-MaskMending Mend(const SparseModel& model, Workspace& workspace, Progress& progress) {
-  const MaskMending mending = MendMasks(workspace, progress);
-  if (!mending.Any()) return mending;
+// Of the masks that the workspace has now.
+void SetDepthRangesAgain(const SparseModel& model, Workspace& workspace, Progress& progress) {
   std::vector<CoarseMask> masks;
   for (int i = 0; i < int(workspace.views.size()); ++i) masks.push_back(Coarsen(ReadViewMask(workspace, i)));
   SetDepthRanges(model, masks, workspace, progress);
-  return mending;
+}
+
+// Finds or mends the masks, and the depth ranges that come of them. given: whether there are any.
+MaskNotes SeeToMasks(const SparseModel& model, bool given, const UndistortOptions& options,
+                     Workspace& workspace, Progress& progress) {
+  MaskNotes notes;
+  if (!options.masks) return notes;
+  if (!given && options.find_masks) notes.found = FindMasks(workspace, progress);
+  if (notes.found.views > 0) SetDepthRangesAgain(model, workspace, progress);
+  if (options.mend_masks) notes.mending = MendMasks(workspace, progress);
+  if (notes.mending.Any()) SetDepthRangesAgain(model, workspace, progress);
+  return notes;
 }
 
 }  // namespace
@@ -143,6 +152,9 @@ OptionTable Table(UndistortOptions& o) {
        "are",
        "px", 0, 100000},
       {"masks", &o.masks, "use the input's masks"},
+      {"find-masks", &o.find_masks,
+       "where no masks are given and the background is plain in all pictures, make masks of what stands out "
+       "of it"},
       {"mend-masks", &o.mend_masks,
        "move the outlines of masks that are too wide or too narrow as a whole, and mend pieces that one mask "
        "lacks "
@@ -153,8 +165,8 @@ OptionTable Table(UndistortOptions& o) {
   };
 }
 
-MaskMending Undistort(const fs::path& views, const SparseModel& model, const fs::path& dense,
-                      const UndistortOptions& options, Progress& progress) {
+MaskNotes Undistort(const fs::path& views, const SparseModel& model, const fs::path& dense,
+                    const UndistortOptions& options, Progress& progress) {
   std::vector<Task> tasks;
   for (const auto& [id, image] : model.images)
     tasks.push_back(MakeTask(model, image, views, options.max_image_size));
@@ -180,13 +192,13 @@ MaskMending Undistort(const fs::path& views, const SparseModel& model, const fs:
   workspace.polarized = polarized;
 
   SetDepthRanges(model, masks, workspace, progress);
-  const bool mend = options.masks && options.mend_masks;
-  const MaskMending mending = mend ? Mend(model, workspace, progress) : MaskMending();
+  const bool given = std::ranges::any_of(masks, [](const CoarseMask& mask) { return !mask.cells.empty(); });
+  const MaskNotes notes = SeeToMasks(model, given, options, workspace, progress);
   ChooseSources(model, workspace, progress);
   for (DenseView& view : workspace.views) ApplyDepthOptions(options, view);
   WriteColmapWorkspace(workspace, model);
   WriteWorkspace(workspace);
-  return mending;
+  return notes;
 }
 
 }  // namespace polarscan

@@ -2,9 +2,9 @@
 #include "stereo/dense/colmap/dense_export.h"
 
 #include "core/formats/ply.h"
-#include "helpers.h"
 #include "stereo/map_io.h"
 #include "stereo/sfm/model/camera_models.h"
+#include "tests/sfm/helpers.h"
 
 namespace polarscan {
 namespace {

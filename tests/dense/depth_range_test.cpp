@@ -2,8 +2,8 @@
 #include "stereo/dense/depth_range.h"
 
 #include "core/mesh.h"
-#include "helpers.h"
 #include "stereo/sfm/model/camera_models.h"
+#include "tests/sfm/helpers.h"
 
 namespace polarscan {
 namespace {

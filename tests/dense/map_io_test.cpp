@@ -3,7 +3,7 @@
 
 #include <cstring>
 
-#include "helpers.h"
+#include "tests/sfm/helpers.h"
 
 namespace polarscan {
 namespace {

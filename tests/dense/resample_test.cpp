@@ -5,8 +5,8 @@
 
 #include "core/random.h"
 #include "demosaic/polar_view.h"
-#include "helpers.h"
 #include "stereo/dense/undistort.h"
+#include "tests/sfm/helpers.h"
 
 namespace polarscan {
 namespace {

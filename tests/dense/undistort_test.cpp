@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereo/dense/undistort.h"
 
-#include "helpers.h"
+#include "tests/sfm/helpers.h"
 
 namespace polarscan {
 namespace {

@@ -14,17 +14,17 @@
 namespace polarscan {
 namespace {
 
-constexpr double kBlur = 1;               // px
-constexpr double kBorder = 0.02;          // of the shorter side: the width of what is taken as background
-constexpr int kLeastBorder = 3;           // px
-constexpr double kBrightest = 0.995;      // of S0: 1
-constexpr double kLeastDeviation = 2e-3;  // of it: rounding of pictures of 8 bits
-constexpr double kMostDeviation = 0.03;   // of it: more is no plain background
-constexpr double kPlain = 0.8;            // share of the border that must be
-constexpr double kLikely = 5;             // deviations
-constexpr int kFits = 5;                  // to what the last one explains
-constexpr double kSpeck = 0.02;           // of the object's size: smaller parts and holes are none
-constexpr double kCutPx = 3;              // how far the outline may move to a step of the light
+constexpr double kPictureBlur = 1;         // px
+constexpr double kBorderShare = 0.02;      // of the shorter side: the width of what is taken as background
+constexpr int kLeastBorder = 3;            // px
+constexpr double kBrightestLight = 0.995;  // of S0: 1
+constexpr double kLeastDeviation = 2e-3;   // of it: rounding of pictures of 8 bits
+constexpr double kMostDeviation = 0.03;    // of it: more is no plain background
+constexpr double kPlainShare = 0.8;        // share of the border that must be
+constexpr double kLikely = 5;              // deviations
+constexpr int kFits = 5;                   // to what the last one explains
+constexpr double kSpeckShare = 0.02;       // of the object's size: smaller parts and holes are none
+constexpr double kCutPx = 3;               // how far the outline may move to a step of the light
 constexpr double kLeastObject = 5e-4, kMostObject = 0.9;  // of the picture
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
@@ -39,7 +39,7 @@ Vector6d Monomials(int x, int y, int width, int height) {
 Plane Smooth(const Image<float>& image, double scale) {
   const Plane from(image.height(), image.width(), const_cast<float*>(image.row(0)));
   Plane smooth;
-  cv::GaussianBlur(from * scale, smooth, {}, kBlur);
+  cv::GaussianBlur(from * scale, smooth, {}, kPictureBlur);
   return smooth;
 }
 
@@ -54,7 +54,7 @@ struct Background {
 };
 
 std::vector<cv::Point> Border(int width, int height) {
-  const int wide = std::max(kLeastBorder, int(kBorder * std::min(width, height)));
+  const int wide = std::max(kLeastBorder, int(kBorderShare * std::min(width, height)));
   std::vector<cv::Point> border;
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x)
@@ -82,7 +82,7 @@ Background FitBackground(const Plane& plane, const std::vector<cv::Point>& borde
 }
 
 // S0, S1, S2 before their backgrounds.
-struct Scene {
+struct BorderFit {
   std::array<Plane, 3> planes;
   std::array<Background, 3> backgrounds;
 
@@ -94,8 +94,9 @@ struct Scene {
   bool IsPlain(const std::vector<cv::Point>& border) const {
     for (const Background& background : backgrounds)
       if (background.deviation > kMostDeviation) return false;
-    const auto out = std::ranges::count_if(border, [&](const cv::Point& at) { return StandsOut(at.x, at.y); });
-    return double(out) <= (1 - kPlain) * double(border.size());
+    const auto out =
+        std::ranges::count_if(border, [&](const cv::Point& at) { return StandsOut(at.x, at.y); });
+    return double(out) <= (1 - kPlainShare) * double(border.size());
   }
 };
 
@@ -121,20 +122,20 @@ Image<std::uint8_t> ToImage(const cv::Mat& mask) {
 
 std::optional<Image<std::uint8_t>> ObjectBeforePlainBackground(const StokesImage& light) {
   std::vector<float> values(light.s0.pixels().begin(), light.s0.pixels().end());
-  const double full = double(Quantile(std::move(values), kBrightest));
+  const double full = double(Quantile(std::move(values), kBrightestLight));
   if (!(full > 0)) return std::nullopt;
-  Scene scene{{Smooth(light.s0, 1 / full), Smooth(light.s1, 1 / full), Smooth(light.s2, 1 / full)}, {}};
+  BorderFit fit{{Smooth(light.s0, 1 / full), Smooth(light.s1, 1 / full), Smooth(light.s2, 1 / full)}, {}};
   const int width = light.s0.width(), height = light.s0.height();
   const std::vector<cv::Point> border = Border(width, height);
-  for (std::size_t i = 0; i < 3; ++i) scene.backgrounds[i] = FitBackground(scene.planes[i], border);
-  if (!scene.IsPlain(border)) return std::nullopt;
+  for (std::size_t i = 0; i < 3; ++i) fit.backgrounds[i] = FitBackground(fit.planes[i], border);
+  if (!fit.IsPlain(border)) return std::nullopt;
   cv::Mat mask(height, width, CV_8U);
   for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) mask.at<std::uint8_t>(y, x) = scene.StandsOut(x, y) ? 255 : 0;
+    for (int x = 0; x < width; ++x) mask.at<std::uint8_t>(y, x) = fit.StandsOut(x, y) ? 255 : 0;
   const double object = cv::countNonZero(mask);
   if (object < kLeastObject * width * height || object > kMostObject * width * height) return std::nullopt;
-  DropSmall(mask, 0, kSpeck * kSpeck * object);
-  DropSmall(mask, 255, kSpeck * kSpeck * object);
+  DropSmall(mask, 0, kSpeckShare * kSpeckShare * object);
+  DropSmall(mask, 255, kSpeckShare * kSpeckShare * object);
   return CutAlongSteps(LightSteps(light), SignedDistance(ToImage(mask)), kCutPx);
 }
 

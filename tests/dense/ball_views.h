@@ -2,8 +2,8 @@
 #pragma once
 #include <numbers>
 
-#include "helpers.h"
 #include "stereo/workspace.h"
+#include "tests/sfm/helpers.h"
 
 namespace polarscan {
 

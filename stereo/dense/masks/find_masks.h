@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <string>
+
+#include "core/progress.h"
+#include "stereo/workspace.h"
+
+namespace polarscan {
+
+// Masks for a workspace that has none, into its masks/: of all views, or of none.
+struct FoundMasks {
+  std::size_t views = 0;  // that have one now; 0: none is made
+  std::string why_not;    // in words, where a background looked plain all the same; else empty
+};
+
+// Makes them where the background is plain in nearly all pictures (plain_background.h) and what stands out of it is one
+// object: where rays of hardly any pixel see no place that the other masks allow (mask_fit.h).
+// Needs the views' depth ranges.
+FoundMasks FindMasks(const Workspace& workspace, Progress& progress);
+
+// In words, for people; empty if no background looked plain.
+std::string FoundMasksWords(const FoundMasks& found);
+
+}  // namespace polarscan

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/dense/masks/find_masks.h"
+
+#include <algorithm>
+
+#include "ball_views.h"
+
+namespace polarscan {
+namespace {
+
+using Plane = Image<float>;
+
+// Balls, lit from one side, before a wall that is lit unevenly and has a grain.
+class FindMasksTest : public BallViews {
+ protected:
+  FindMasksTest() : BallViews(2) {}
+
+  void SetUp() override {
+    BallViews::SetUp();
+    for (int i = 0; i < kViews; ++i)
+      truth_.push_back(MaskOf(i)), std::filesystem::remove(workspace_.MaskPath(i));
+  }
+
+  // wall: S0 of the wall at (x, y) of a view. shift: of the balls, px, so that they are not the same in all views.
+  template <class Wall>
+  void Write(
+      Wall&& wall, int (*shift)(int view) = [](int) { return 0; }) const {
+    for (int i = 0; i < kViews; ++i) {
+      const int width = truth_[0].width(), height = truth_[0].height();
+      StokesImage light{Plane(width, height), Plane(width, height), Plane(width, height),
+                        Plane(width, height, 0.001f)};
+      for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+          const float grain = 0.01f * float((x * 7919 + y * 104729 + i * 31) % 17) / 17;
+          const int from = x - shift(i);
+          const bool ball = from >= 0 && from < width && truth_[std::size_t(i)](from, y);
+          light.s0(x, y) = grain + (ball ? 0.35f + 0.5f * float(from) / float(width) : wall(x, y, i));
+        }
+      WriteStokes(workspace_.StokesPath(i), light);
+    }
+  }
+  static float Uneven(int x, int y, int) { return 0.1f + 2e-4f * float(x) + 1e-6f * float(y) * float(y); }
+
+  // Of pixels that a view's mask and the truth share, of those that either has.
+  double Overlap(int view) const {
+    const Image<std::uint8_t> mask = ReadViewMask(workspace_, view), &truth = truth_[std::size_t(view)];
+    if (mask.empty()) return 0;
+    int both = 0, either = 0;
+    for (std::size_t i = 0; i < mask.size(); ++i) {
+      both += mask.pixels()[i] && truth.pixels()[i];
+      either += mask.pixels()[i] || truth.pixels()[i];
+    }
+    return double(both) / either;
+  }
+  std::size_t MaskFiles() const {
+    const std::filesystem::path masks = workspace_.folder / "masks";
+    return std::size_t(std::distance(std::filesystem::directory_iterator(masks), {}));
+  }
+
+  Progress silent_;
+  std::vector<Image<std::uint8_t>> truth_;
+};
+
+TEST_F(FindMasksTest, AnObjectBeforeAPlainBackgroundIsFoundToThePixel) {
+  Write(Uneven);
+  EXPECT_EQ(FindMasks(workspace_, silent_).views, std::size_t(kViews));
+  for (int i = 0; i < kViews; ++i) EXPECT_GT(Overlap(i), 0.97) << i;
+}
+
+TEST_F(FindMasksTest, ABlackBackgroundIsPlain) {
+  Write([](int, int, int) { return 0.f; });
+  EXPECT_EQ(FindMasks(workspace_, silent_).views, std::size_t(kViews));
+  for (int i = 0; i < kViews; ++i) EXPECT_GT(Overlap(i), 0.97) << i;
+}
+
+TEST_F(FindMasksTest, BeforeAWallWithTextureThereAreNone) {
+  Write([](int x, int y, int) { return 0.2f + 0.15f * float((x / 13 + y / 11) % 2); });
+  const FoundMasks found = FindMasks(workspace_, silent_);
+  EXPECT_EQ(found.views, 0u);
+  EXPECT_EQ(FoundMasksWords(found), "");
+  EXPECT_EQ(MaskFiles(), 0u);
+}
+
+TEST_F(FindMasksTest, WhatIsNotOneObjectFromAllSidesGivesNone) {
+  Write(Uneven, [](int view) { return view * 37 % 160 - 80; });
+  const FoundMasks found = FindMasks(workspace_, silent_);
+  EXPECT_EQ(found.views, 0u);
+  EXPECT_NE(FoundMasksWords(found).find("not one object"), std::string::npos) << FoundMasksWords(found);
+  EXPECT_EQ(MaskFiles(), 0u);
+}
+
+}  // namespace
+}  // namespace polarscan
