@@ -91,6 +91,12 @@ void SetDepthRanges(const SparseModel& model, const std::vector<CoarseMask>& mas
     workspace.views[i].depth_min = ranges[i].min, workspace.views[i].depth_max = ranges[i].max;
 }
 
+void SetDepthRanges(const SparseModel& model, Workspace& workspace, Progress& progress) {
+  std::vector<CoarseMask> masks;
+  for (int i = 0; i < int(workspace.views.size()); ++i) masks.push_back(Coarsen(ReadViewMask(workspace, i)));
+  SetDepthRanges(model, masks, workspace, progress);
+}
+
 void ChooseSources(const SparseModel& model, Workspace& workspace, Progress& progress) {
   const auto sources = ChooseSourceViews(workspace.views, ScenePoints(model, workspace.views));
   WarnOfRepeatedPlaces(workspace.views, progress);

@@ -15,6 +15,9 @@ void LeaveOutCopies(const SparseModel& model, Workspace& workspace, Progress& pr
 void SetDepthRanges(const SparseModel& model, const std::vector<CoarseMask>& masks, Workspace& workspace,
                     Progress& progress);
 
+// The same from the masks that the workspace has.
+void SetDepthRanges(const SparseModel& model, Workspace& workspace, Progress& progress);
+
 // Sets the sources of all views, whose depth ranges are set, from their poses and the model's points. Warns of
 // views that no other view goes with, and of those from one place.
 void ChooseSources(const SparseModel& model, Workspace& workspace, Progress& progress);

@@ -124,22 +124,14 @@ void ApplyDepthOptions(const UndistortOptions& options, DenseView& view) {
                 "Check depth-min and depth-max; they are in the units of the poses");
 }
 
-// Of the masks that the workspace has now.
-void SetDepthRangesAgain(const SparseModel& model, Workspace& workspace, Progress& progress) {
-  std::vector<CoarseMask> masks;
-  for (int i = 0; i < int(workspace.views.size()); ++i) masks.push_back(Coarsen(ReadViewMask(workspace, i)));
-  SetDepthRanges(model, masks, workspace, progress);
-}
-
 // Finds or mends the masks, and the depth ranges that come of them. given: whether there are any.
 MaskNotes SeeToMasks(const SparseModel& model, bool given, const UndistortOptions& options,
                      Workspace& workspace, Progress& progress) {
   MaskNotes notes;
   if (!options.masks) return notes;
-  if (!given && options.find_masks) notes.found = FindMasks(workspace, progress);
-  if (notes.found.views > 0) SetDepthRangesAgain(model, workspace, progress);
+  if (!given && options.find_masks) notes.found = FindMasks(model, workspace, progress);
   if (options.mend_masks) notes.mending = MendMasks(workspace, progress);
-  if (notes.mending.Any()) SetDepthRangesAgain(model, workspace, progress);
+  if (notes.mending.Any()) SetDepthRanges(model, workspace, progress);
   return notes;
 }
 

@@ -29,17 +29,31 @@ class FindMasksTest : public BallViews {
       const int width = truth_[0].width(), height = truth_[0].height();
       StokesImage light{Plane(width, height), Plane(width, height), Plane(width, height),
                         Plane(width, height, 0.001f)};
+      const int middle = darkness_ > 0 ? MiddleOf(truth_[std::size_t(i)]) : 0;
       for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
           const float grain = 0.01f * float((x * 7919 + y * 104729 + i * 31) % 17) / 17;
           const int from = x - shift(i);
           const bool ball = from >= 0 && from < width && truth_[std::size_t(i)](from, y);
-          light.s0(x, y) = grain + (ball ? 0.35f + 0.5f * float(from) / float(width) : wall(x, y, i));
+          light.s0(x, y) = grain + (ball ? BallLight(x - middle, width) : wall(x, y, i));
         }
       WriteStokes(workspace_.StokesPath(i), light);
     }
   }
   static float Uneven(int x, int y, int) { return 0.1f + 2e-4f * float(x) + 1e-6f * float(y) * float(y); }
+
+  float BallLight(int x, int width) const {
+    return darkness_ > 0 ? std::max(0.f, 0.5f - darkness_ * float(x))
+                         : 0.35f + 0.5f * float(x) / float(width);
+  }
+  // Column, px.
+  static int MiddleOf(const Image<std::uint8_t>& mask) {
+    std::int64_t sum = 0, count = 0;
+    for (int y = 0; y < mask.height(); ++y)
+      for (int x = 0; x < mask.width(); ++x)
+        if (mask(x, y)) sum += x, ++count;
+    return int(sum / std::max<std::int64_t>(1, count));
+  }
 
   // Of pixels that a view's mask and the truth share, of those that either has.
   double Overlap(int view) const {
@@ -57,33 +71,43 @@ class FindMasksTest : public BallViews {
     return std::size_t(std::distance(std::filesystem::directory_iterator(masks), {}));
   }
 
+  float darkness_ = 0;  // S0 a px that the balls lose to the right of their middle
   Progress silent_;
   std::vector<Image<std::uint8_t>> truth_;
 };
 
 TEST_F(FindMasksTest, AnObjectBeforeAPlainBackgroundIsFoundToThePixel) {
   Write(Uneven);
-  EXPECT_EQ(FindMasks(workspace_, silent_).views, std::size_t(kViews));
+  EXPECT_EQ(FindMasks({}, workspace_, silent_).views, std::size_t(kViews));
   for (int i = 0; i < kViews; ++i) EXPECT_GT(Overlap(i), 0.97) << i;
 }
 
 TEST_F(FindMasksTest, ABlackBackgroundIsPlain) {
   Write([](int, int, int) { return 0.f; });
-  EXPECT_EQ(FindMasks(workspace_, silent_).views, std::size_t(kViews));
+  EXPECT_EQ(FindMasks({}, workspace_, silent_).views, std::size_t(kViews));
   for (int i = 0; i < kViews; ++i) EXPECT_GT(Overlap(i), 0.97) << i;
 }
 
 TEST_F(FindMasksTest, BeforeAWallWithTextureThereAreNone) {
   Write([](int x, int y, int) { return 0.2f + 0.15f * float((x / 13 + y / 11) % 2); });
-  const FoundMasks found = FindMasks(workspace_, silent_);
+  const FoundMasks found = FindMasks({}, workspace_, silent_);
   EXPECT_EQ(found.views, 0u);
   EXPECT_EQ(FoundMasksWords(found), "");
   EXPECT_EQ(MaskFiles(), 0u);
 }
 
+TEST_F(FindMasksTest, ASideThatIsAsDarkAsTheBackgroundGivesNone) {
+  darkness_ = 0.02f;
+  Write([](int, int, int) { return 0.f; });
+  const FoundMasks found = FindMasks({}, workspace_, silent_);
+  EXPECT_EQ(found.views, 0u);
+  EXPECT_NE(FoundMasksWords(found).find("in the dark"), std::string::npos) << FoundMasksWords(found);
+  EXPECT_EQ(MaskFiles(), 0u);
+}
+
 TEST_F(FindMasksTest, WhatIsNotOneObjectFromAllSidesGivesNone) {
   Write(Uneven, [](int view) { return view * 37 % 160 - 80; });
-  const FoundMasks found = FindMasks(workspace_, silent_);
+  const FoundMasks found = FindMasks({}, workspace_, silent_);
   EXPECT_EQ(found.views, 0u);
   EXPECT_NE(FoundMasksWords(found).find("not one object"), std::string::npos) << FoundMasksWords(found);
   EXPECT_EQ(MaskFiles(), 0u);

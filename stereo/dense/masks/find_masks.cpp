@@ -6,17 +6,24 @@
 #include <algorithm>
 #include <atomic>
 #include <numeric>
+#include <optional>
 
 #include "core/formats/image_io.h"
 #include "core/parallel.h"
+#include "core/statistics.h"
 #include "stereo/dense/masks/mask_fit.h"
+#include "stereo/dense/masks/outline_steps.h"
 #include "stereo/dense/masks/plain_background.h"
+#include "stereo/dense/sources_and_depths.h"
 
 namespace polarscan {
 namespace {
 
 constexpr double kPlainViews = 0.9;  // share that must have a plain background
-constexpr double kMostLost = 0.05;  // share of the masks' pixels that may see no place that the others allow
+constexpr double kMostLost = 0.03;   // share of the masks' pixels that may see no place that the others allow
+constexpr double kFaintStep = 0.25;  // of the usual step at an outline: no border can be seen
+constexpr double kMostFaint = 0.08;  // share of the outlines that may be so
+constexpr int kOutlinePlaces = 400;  // of an outline
 constexpr std::size_t kFewestViews = 4;  // masks that can tell
 constexpr std::size_t kAskedFirst = 5;   // views that are asked first: most sets have no plain background
 
@@ -24,10 +31,26 @@ void RemoveMasks(const Workspace& workspace) {
   for (int i = 0; i < int(workspace.views.size()); ++i) std::filesystem::remove(workspace.MaskPath(i));
 }
 
-bool MakeMask(const Workspace& workspace, int view) {
-  const auto mask = ObjectBeforePlainBackground(ReadViewLight(workspace, view));
-  if (mask) WritePng(workspace.MaskPath(view), *mask);
-  return mask.has_value();
+// Share of a mask's outline where the light changes little: what is as dark as the background ends there.
+double FaintShare(const StokesImage& light, const Image<std::uint8_t>& mask) {
+  const LightSteps steps(light);
+  std::vector<double> at_outline;
+  for (const OutlinePlace& place : OutlinePlaces(mask, kOutlinePlaces, 2 * kStepAround))
+    at_outline.push_back(StepAround(steps, place));
+  if (at_outline.empty()) return 0;
+  const double usual = Median(at_outline);
+  const auto faint =
+      std::ranges::count_if(at_outline, [&](double step) { return step < kFaintStep * usual; });
+  return double(faint) / double(at_outline.size());
+}
+
+// The share of its outline that is faint; none: there is no mask.
+std::optional<double> MakeMask(const Workspace& workspace, int view) {
+  const StokesImage light = ReadViewLight(workspace, view);
+  const auto mask = ObjectBeforePlainBackground(light);
+  if (!mask) return std::nullopt;
+  WritePng(workspace.MaskPath(view), *mask);
+  return FaintShare(light, *mask);
 }
 
 // Of some views, spread over all, how many get a mask.
@@ -49,31 +72,46 @@ double MeanLost(const Workspace& workspace, Progress& progress) {
          double(std::max<std::size_t>(1, lost.size()));
 }
 
+// What speaks against the masks that were made; empty: nothing.
+std::string WhyNot(const Workspace& workspace, const std::vector<std::optional<double>>& faint,
+                   Progress& progress) {
+  std::vector<double> shares;
+  for (const auto& share : faint)
+    if (share) shares.push_back(*share);
+  if (double(shares.size()) < kPlainViews * double(faint.size()))
+    return fmt::format("it is in {} of {} pictures only", shares.size(), faint.size());
+  if (const double mean = std::accumulate(shares.begin(), shares.end(), 0.0) / double(shares.size());
+      mean > kMostFaint)
+    return fmt::format(
+        "{:.0f} % of the object's outline cannot be told from it (is a side of it in the dark?)", 100 * mean);
+  if (const double lost = MeanLost(workspace, progress); lost > kMostLost)
+    return fmt::format(
+        "what stands out of it is not one object: {:.0f} % of it sees no place that the other views "
+        "allow",
+        100 * lost);
+  return "";
+}
+
 }  // namespace
 
-FoundMasks FindMasks(const Workspace& workspace, Progress& progress) {
+FoundMasks FindMasks(const SparseModel& model, Workspace& workspace, Progress& progress) {
   const std::size_t count = workspace.views.size();
   if (count < kFewestViews || !LooksPlain(workspace, progress)) return {};
-  std::atomic<std::size_t> found = 0;
+  std::vector<std::optional<double>> faint(count);
   progress.Begin("masks", count);
   ParallelFor(0, int(count), [&](int i) {
     progress.Check();
-    found += MakeMask(workspace, i);
+    faint[std::size_t(i)] = MakeMask(workspace, i);
     progress.Advance();
   });
-  if (double(found) < kPlainViews * double(count)) {
-    RemoveMasks(workspace);
-    return {0, fmt::format("it is in {} of {} pictures only", found.load(), count)};
-  }
-  const double lost = MeanLost(workspace, progress);
-  if (lost > kMostLost) {
-    RemoveMasks(workspace);
-    return {
-        0, fmt::format("what stands out of it is not one object: {:.0f} % of it sees no place that the other "
-                       "views allow",
-                       100 * lost)};
-  }
-  return {found, ""};
+  const std::vector<DenseView> before = workspace.views;
+  SetDepthRanges(model, workspace, progress);
+  std::string why_not = WhyNot(workspace, faint, progress);
+  if (why_not.empty())
+    return {std::size_t(std::ranges::count_if(faint, [](auto f) { return f.has_value(); })), ""};
+  RemoveMasks(workspace);
+  workspace.views = before;
+  return {0, std::move(why_not)};
 }
 
 std::string FoundMasksWords(const FoundMasks& found) {

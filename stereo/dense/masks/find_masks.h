@@ -3,6 +3,7 @@
 #include <string>
 
 #include "core/progress.h"
+#include "stereo/sfm/model/model.h"
 #include "stereo/workspace.h"
 
 namespace polarscan {
@@ -14,9 +15,9 @@ struct FoundMasks {
 };
 
 // Makes them where the background is plain in nearly all pictures (plain_background.h) and what stands out of it is one
-// object: where rays of hardly any pixel see no place that the other masks allow (mask_fit.h).
-// Needs the views' depth ranges.
-FoundMasks FindMasks(const Workspace& workspace, Progress& progress);
+// object, sharply: its outlines are steps of the light nearly everywhere, and hardly any of its
+// pixels sees no place that the other masks allow (mask_fit.h). Sets the views' depth ranges by them.
+FoundMasks FindMasks(const SparseModel& model, Workspace& workspace, Progress& progress);
 
 // In words, for people; empty if no background looked plain.
 std::string FoundMasksWords(const FoundMasks& found);

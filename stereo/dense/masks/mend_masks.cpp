@@ -25,7 +25,6 @@ constexpr double kReachOfObject = 0.025;         // of the object's size: how fa
 constexpr int kLeastReach = 6, kMostReach = 40;  // px
 constexpr double kFaint = 0.5;  // of the usual step at an outline: less is no border of the object
 constexpr int kBeside = 2;      // px of the small size: what borders on a piece
-constexpr int kAround = 2;      // px: how far from an outline its step is looked for
 constexpr std::size_t kFewestPlaces = 8;
 
 using Mask = Image<std::uint8_t>;
@@ -96,18 +95,11 @@ Mask AtFullSize(const Piece& piece, double scale, int width, int height, double 
   return full;
 }
 
-double StepAround(const LightSteps& light, const OutlinePlace& place) {
-  double largest = 0;
-  for (int offset = -kAround; offset <= kAround; ++offset)
-    largest = std::max(largest, light.Across(place.at + offset * place.out, place.out, kAround));
-  return largest;
-}
-
 // Whether the light changes little where the mask borders on a piece, compared with the rest of its outline.
 bool BorderIsFaint(const LightSteps& light, const Mask& mask, const Mask& piece) {
   constexpr int kManyPlaces = 4000;
   std::vector<double> beside, elsewhere;
-  for (const OutlinePlace& place : OutlinePlaces(mask, kManyPlaces, kAround + kBeside))
+  for (const OutlinePlace& place : OutlinePlaces(mask, kManyPlaces, kStepAround + kBeside))
     (piece(int(place.at.x()), int(place.at.y())) ? beside : elsewhere).push_back(StepAround(light, place));
   return beside.size() >= kFewestPlaces && elsewhere.size() >= kFewestPlaces &&
          Median(beside) < kFaint * Median(elsewhere);

@@ -131,6 +131,13 @@ std::vector<float> StepOffsets(const LightSteps& light, const std::vector<Outlin
   return offsets;
 }
 
+double StepAround(const LightSteps& light, const OutlinePlace& place) {
+  double largest = 0;
+  for (int offset = -kStepAround; offset <= kStepAround; ++offset)
+    largest = std::max(largest, light.Across(place.at + offset * place.out, place.out, kStepAround));
+  return largest;
+}
+
 double SystematicOffset(const std::vector<float>& offsets, int reach_px) {
   int mode = 0;
   for (int offset = -reach_px; offset <= reach_px; ++offset)

@@ -44,6 +44,10 @@ std::vector<OutlinePlace> OutlinePlaces(const Image<std::uint8_t>& mask, int mos
 std::vector<float> StepOffsets(const LightSteps& light, const std::vector<OutlinePlace>& places,
                                int reach_px);
 
+// The largest step of the light within kStepAround px of a place, along its normal.
+inline constexpr int kStepAround = 2;
+double StepAround(const LightSteps& light, const OutlinePlace& place);
+
 // How far outside of the masks' outlines the pictures' edges lie, in px, where most of the offsets say so: their mode, at
 // least kSystematic away from 0; else 0.
 double SystematicOffset(const std::vector<float>& offsets, int reach_px);
