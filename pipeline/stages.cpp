@@ -151,6 +151,10 @@ void RunSfm(Scan& scan, const std::optional<fs::path>& known_model, const SfmOpt
     const Eigen::Vector3d& offset = model.offset;
     scan.Note("offset",
               offset.isZero(0) ? nlohmann::json() : nlohmann::json{offset.x(), offset.y(), offset.z()});
+    const LengthUnit unit = UnitOfPoses(scan.sfm());
+    scan.Note("unit", unit.unit);
+    scan.Note("unit_source", unit.IsKnown() ? nlohmann::json(unit.source) : nlohmann::json());
+    scan.Note("unit_sigma", unit.IsKnown() ? nlohmann::json(unit.sigma) : nlohmann::json());
     return {{"registered", model.images.size()}, {"points", model.points.size()}};
   });
 }

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/files/files.h"
 #include "stereo/sfm/adjust_poses.h"
+#include "stereo/sfm/board/board_scale.h"
 #include "stereo/sfm/colmap/mapping.h"
 #include "stereo/sfm/feature_masks.h"
 #include "stereo/sfm/known_poses.h"
@@ -67,17 +68,31 @@ std::optional<SparseModel> ReadResult(const fs::path& folder, const std::string&
 }
 
 // result.json goes first and comes last: without it the model does not count.
-void WriteResult(const fs::path& folder, const std::string& hash, const SparseModel& model,
-                 std::size_t views) {
+void WriteResult(const fs::path& folder, const std::string& hash, const SparseModel& model, std::size_t views,
+                 const LengthUnit& unit) {
   fs::remove(folder / "result.json");
   fs::remove(folder / "offset.txt");
   WriteSparseModelBinary(folder, model);
-  WriteJson(folder / "result.json", {{"hash", hash},
-                                     {"model", ModelHash(folder)},
-                                     {"views", views},
-                                     {"registered", model.images.size()},
-                                     {"points", model.points.size()},
-                                     {"mean_error_px", MeanError(model)}});
+  nlohmann::json result = {{"hash", hash},
+                           {"model", ModelHash(folder)},
+                           {"views", views},
+                           {"registered", model.images.size()},
+                           {"points", model.points.size()},
+                           {"mean_error_px", MeanError(model)}};
+  if (unit.IsKnown()) result["unit"] = ToJson(unit);
+  WriteJson(folder / "result.json", result);
+}
+
+// The board in the views. One that was asked for and is of no use is an error, one that was not a warning.
+BoardSightings BoardIn(const fs::path& folder, const std::vector<ListedView>& views,
+                       const SfmOptions& options, Progress& progress) {
+  const BoardChoice choice = ParseBoardChoice(options.board, options.board_square_mm);
+  BoardSightings board = LookForBoard(folder, views, choice, progress);
+  if (board.problem.empty()) return board;
+  if (choice.way == BoardChoice::Way::kYes)
+    throw Error(board.problem, folder.string(), "--board no goes on without one, in arbitrary units");
+  progress.Warn(board.problem + "; lengths stay in arbitrary units");
+  return board;
 }
 
 // Images of other names than ours cannot come from our database.
@@ -280,6 +295,13 @@ OptionTable Table(SfmOptions& o) {
        0,
        0,
        {"auto", "yes", "no"}},
+      {"board", &o.board,
+       "printed board (polarscan board) that gives millimetres and a frame: auto (an A4 or A3 one where "
+       "there "
+       "is one; known poses keep their frame), no, yes (it must be there), or which: A4, A3, "
+       "COLUMNSxROWS:SQUARE"},
+      {"board-square", &o.board_square_mm,
+       "side of its squares as measured after printing; 0: as they were meant", "mm", 0, 1000},
       {"triangulate", &o.triangulate,
        "with known poses: triangulate sparse points (slower; depth ranges also come from masks)"},
       {"bundle-adjustment", &o.bundle_adjustment,
@@ -299,6 +321,7 @@ SparseModel EstimatePoses(const fs::path& views_folder, const fs::path& sfm_fold
   if (const auto done = ReadResult(sfm_folder / "model", hash)) return *done;
   CreateFolder(sfm_folder);
 
+  const BoardSightings board = BoardIn(views_folder, views, options, progress);
   SparseModel model;
   Evidence evidence;
   const fs::path log = sfm_folder / "colmap.log";
@@ -319,8 +342,14 @@ SparseModel EstimatePoses(const fs::path& views_folder, const fs::path& sfm_fold
     JudgeKnownPoses(model, known_model->lexically_normal().string(), options.bundle_adjustment, progress);
   else
     JudgePoses(model, views, evidence, options.min_registered, log.string(), progress);
-  WriteResult(sfm_folder / "model", hash, model, views.size());
+  const LengthUnit unit = TakeUnitOfBoard(model, board, known_model && options.board == "auto", progress);
+  WriteResult(sfm_folder / "model", hash, model, views.size(), unit);
   return model;
+}
+
+LengthUnit UnitOfPoses(const fs::path& sfm_folder) {
+  const fs::path file = sfm_folder / "model" / "result.json";
+  return fs::exists(file) ? ReadLengthUnit(ReadJson(file).value("unit", nlohmann::json())) : LengthUnit();
 }
 
 }  // namespace polarscan
