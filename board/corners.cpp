@@ -13,8 +13,11 @@ namespace {
 
 constexpr double kBlackShare = 0.01, kWhiteShare = 0.98;  // of the pixels, where black and white are taken
 constexpr int kLeastRadius_px = 2, kMostRadius_px = 12;
-constexpr double kWindowShare = 0.22;  // of a square's shortest side, as it shows: the window's radius
+constexpr double kWindowShare = 0.12;  // of a square's shortest side, as it shows: the window's radius
 constexpr double kAgreement = 0.2;     // of the same: most that two markers may differ about a corner
+constexpr double kMostMove = 0.25, kMostMove_px = 0.5;  // to the saddle, in windows, and px
+constexpr double kProbe = 0.065;         // of a square: from a corner into the white ring around a marker
+constexpr double kLeastContrast = 0.45;  // between the four squares at a corner, of white less black nearby
 
 // Eight bits in square-root coding, which keeps dark parts.
 Image<std::uint8_t> ToGrey(const Image<float>& s0, bool mirrored) {
@@ -69,6 +72,7 @@ struct Prediction {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero(), first = Eigen::Vector2d::Zero();
   double apart = 0, side = 1e300;  // px
   int markers = 0;
+  Eigen::Matrix2d axes = Eigen::Matrix2d::Zero();  // px that a square measures here, along rows and columns
 };
 
 // By corner.
@@ -85,13 +89,36 @@ std::map<int, Prediction> PredictCorners(const MarkersSeen& seen, const Board& b
       if (column < 0 || row < 0 || column >= board.columns - 1 || row >= board.rows - 1) continue;
       Prediction& p = predictions[row * (board.columns - 1) + column];
       const Eigen::Vector2d at = (homography * Eigen::Vector3d(x, y, 1)).hnormalized();
-      if (p.markers++ == 0) p.first = at;
+      if (p.markers++ == 0) {
+        p.first = at;
+        p.axes.col(0) = ((homography * Eigen::Vector3d(x + 0.1, y, 1)).hnormalized() - at) / 0.1;
+        p.axes.col(1) = ((homography * Eigen::Vector3d(x, y + 0.1, 1)).hnormalized() - at) / 0.1;
+      }
       p.sum += at;
       p.apart = std::max(p.apart, (at - p.first).norm());
       p.side = std::min(p.side, ShortestSide(*found->second));
     }
   }
   return predictions;
+}
+
+// Whether the four squares at a corner are black and white in turn: what hides a part of it, or the edge of a
+// shadow, makes them otherwise. corner: Board::Corner.
+bool IsCheckered(const Image<float>& s0, const Board& board, int corner, const Prediction& p,
+                 const Eigen::Vector2d& at) {
+  float least_white = 1e30f, most_white = -1e30f, least_black = 1e30f, most_black = -1e30f;
+  for (const auto& [x, y] : {std::pair(-1, -1), std::pair(1, -1), std::pair(-1, 1), std::pair(1, 1)}) {
+    const Eigen::Vector2d place = at + p.axes * (kProbe * Eigen::Vector2d(x, y));
+    const auto value = Bilinear(s0, place.x(), place.y());
+    if (!value) return false;
+    const int column = corner % (board.columns - 1) + (x + 1) / 2,
+              row = corner / (board.columns - 1) + (y + 1) / 2;
+    if ((column + row) % 2 == 1)
+      least_white = std::min(least_white, *value), most_white = std::max(most_white, *value);
+    else
+      least_black = std::min(least_black, *value), most_black = std::max(most_black, *value);
+  }
+  return least_white - most_black > kLeastContrast * (most_white - least_black);
 }
 
 }  // namespace
@@ -112,8 +139,9 @@ std::vector<SeenCorner> FindBoardCorners(const Image<float>& s0, const MarkersSe
                                          const Board& board) {
   std::vector<int> corners, radius_px;
   std::vector<Eigen::Vector2d> expected;
-  for (const auto& [corner, p] : PredictCorners(seen, board)) {
-    if (p.markers != 2 || p.apart > kAgreement * p.side) continue;
+  const std::map<int, Prediction> predictions = PredictCorners(seen, board);
+  for (const auto& [corner, p] : predictions) {
+    if (p.apart > kAgreement * p.side) continue;
     const Eigen::Vector2d at = p.sum / p.markers;
     const int radius = std::clamp(int(kWindowShare * p.side), kLeastRadius_px, kMostRadius_px);
     const Eigen::Vector2d far = at.array() + radius + 2;
@@ -124,7 +152,9 @@ std::vector<SeenCorner> FindBoardCorners(const Image<float>& s0, const MarkersSe
   RefineCorners(s0, radius_px, refined);
   std::vector<SeenCorner> found;
   for (std::size_t i = 0; i < corners.size(); ++i)
-    if ((refined[i] - expected[i]).norm() < radius_px[i]) found.push_back({corners[i], refined[i]});
+    if ((refined[i] - expected[i]).norm() < kMostMove * radius_px[i] + kMostMove_px &&
+        IsCheckered(s0, board, corners[i], predictions.at(corners[i]), refined[i]))
+      found.push_back({corners[i], refined[i]});
   return found;
 }
 

@@ -24,9 +24,9 @@ struct MarkersSeen {
 // seen in a mirror.
 MarkersSeen SeeMarkers(const Image<float>& s0, bool mirrored = false);
 
-// The board's corners between two markers that were found, to about 0.1 px: where both markers say that the
-// corner is, then at the saddle of the picture there. A corner with a hidden marker beside it is left out, for
-// it may be hidden too.
+// The board's corners beside markers that were found, to about 0.1 px: where the markers say that the corner is,
+// then at the saddle of the picture there. A corner around which the four squares are not black and white in
+// turn is left out: something hides a part of it, or a shadow ends there.
 std::vector<SeenCorner> FindBoardCorners(const Image<float>& s0, const MarkersSeen& seen, const Board& board);
 
 }  // namespace polarscan

@@ -221,6 +221,17 @@ bool MapsWereDamaged(const Scan& scan) {
   return scan.Counts("fusion").value("damaged", nlohmann::json(0)) > 0;
 }
 
+LengthUnit UnitOf(const Scan& scan) {
+  const nlohmann::json& summary = scan.state().summary;
+  LengthUnit unit;
+  if (const auto found = summary.find("unit"); found != summary.end() && *found == "mm") unit.unit = "mm";
+  if (const auto found = summary.find("unit_source"); found != summary.end() && found->is_string())
+    unit.source = found->get<std::string>();
+  if (const auto found = summary.find("unit_sigma"); found != summary.end() && found->is_number())
+    unit.sigma = found->get<double>();
+  return unit;
+}
+
 StereoOptions RecordedStereoOptions(const Scan& scan) {
   const nlohmann::json recorded = scan.state().OptionsOf("stereo");
   if (recorded.empty())

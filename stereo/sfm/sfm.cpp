@@ -83,18 +83,6 @@ void WriteResult(const fs::path& folder, const std::string& hash, const SparseMo
   WriteJson(folder / "result.json", result);
 }
 
-// The board in the views. One that was asked for and is of no use is an error, one that was not a warning.
-BoardSightings BoardIn(const fs::path& folder, const std::vector<ListedView>& views,
-                       const SfmOptions& options, Progress& progress) {
-  const BoardChoice choice = ParseBoardChoice(options.board, options.board_square_mm);
-  BoardSightings board = LookForBoard(folder, views, choice, progress);
-  if (board.problem.empty()) return board;
-  if (choice.way == BoardChoice::Way::kYes)
-    throw Error(board.problem, folder.string(), "--board no goes on without one, in arbitrary units");
-  progress.Warn(board.problem + "; lengths stay in arbitrary units");
-  return board;
-}
-
 // Images of other names than ours cannot come from our database.
 void CheckNames(const std::vector<SparseModel>& models, const std::vector<ListedView>& views,
                 const fs::path& where) {
@@ -321,7 +309,8 @@ SparseModel EstimatePoses(const fs::path& views_folder, const fs::path& sfm_fold
   if (const auto done = ReadResult(sfm_folder / "model", hash)) return *done;
   CreateFolder(sfm_folder);
 
-  const BoardSightings board = BoardIn(views_folder, views, options, progress);
+  const BoardSightings board =
+      BoardFor(views_folder, views, options.board, options.board_square_mm, progress);
   SparseModel model;
   Evidence evidence;
   const fs::path log = sfm_folder / "colmap.log";
@@ -345,11 +334,6 @@ SparseModel EstimatePoses(const fs::path& views_folder, const fs::path& sfm_fold
   const LengthUnit unit = TakeUnitOfBoard(model, board, known_model && options.board == "auto", progress);
   WriteResult(sfm_folder / "model", hash, model, views.size(), unit);
   return model;
-}
-
-LengthUnit UnitOfPoses(const fs::path& sfm_folder) {
-  const fs::path file = sfm_folder / "model" / "result.json";
-  return fs::exists(file) ? ReadLengthUnit(ReadJson(file).value("unit", nlohmann::json())) : LengthUnit();
 }
 
 }  // namespace polarscan

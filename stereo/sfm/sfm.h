@@ -6,7 +6,6 @@
 
 #include "core/options.h"
 #include "core/progress.h"
-#include "stereo/sfm/board/length_unit.h"
 #include "stereo/sfm/model/model.h"
 
 namespace polarscan {
@@ -44,8 +43,5 @@ OptionTable Table(SfmOptions& options);
 SparseModel EstimatePoses(const std::filesystem::path& views, const std::filesystem::path& sfm_folder,
                           const std::optional<std::filesystem::path>& known_model, const SfmOptions& options,
                           Progress& progress);
-
-// What the lengths of the result in `sfm_folder` are counted in.
-LengthUnit UnitOfPoses(const std::filesystem::path& sfm_folder);
 
 }  // namespace polarscan

@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
+#include "core/files/files.h"
 
 namespace polarscan {
 
@@ -15,6 +15,12 @@ nlohmann::json ToJson(const LengthUnit& unit) {
 LengthUnit ReadLengthUnit(const nlohmann::json& value) {
   if (!value.is_object() || value.value("unit", "") != "mm") return {};
   return {"mm", value.value("source", ""), value.value("sigma", 0.0)};
+}
+
+LengthUnit UnitOfPoses(const std::filesystem::path& sfm_folder) {
+  const std::filesystem::path file = sfm_folder / "model" / "result.json";
+  return std::filesystem::exists(file) ? ReadLengthUnit(ReadJson(file).value("unit", nlohmann::json()))
+                                       : LengthUnit();
 }
 
 std::string UnitWords(const LengthUnit& unit) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -18,6 +19,9 @@ struct LengthUnit {
 nlohmann::json ToJson(const LengthUnit& unit);
 // Arbitrary where it is none, or null.
 LengthUnit ReadLengthUnit(const nlohmann::json& value);
+
+// What the poses that EstimatePoses left in this folder are counted in.
+LengthUnit UnitOfPoses(const std::filesystem::path& sfm_folder);
 
 // "mm (by a board, to 0.02 %)", "arbitrary units".
 std::string UnitWords(const LengthUnit& unit);

@@ -143,4 +143,15 @@ BoardSightings LookForBoard(const std::filesystem::path& folder, const std::vect
   return found;
 }
 
+BoardSightings BoardFor(const std::filesystem::path& folder, const std::vector<ListedView>& views,
+                        const std::string& words, double square_mm, Progress& progress) {
+  const BoardChoice choice = ParseBoardChoice(words, square_mm);
+  BoardSightings board = LookForBoard(folder, views, choice, progress);
+  if (board.problem.empty()) return board;
+  if (choice.way == BoardChoice::Way::kYes)
+    throw Error(board.problem, folder.string(), "--board no goes on without one, in arbitrary units");
+  progress.Warn(board.problem + "; lengths stay in arbitrary units");
+  return board;
+}
+
 }  // namespace polarscan

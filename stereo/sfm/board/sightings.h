@@ -40,4 +40,9 @@ struct BoardSightings {
 BoardSightings LookForBoard(const std::filesystem::path& folder, const std::vector<ListedView>& views,
                             const BoardChoice& choice, Progress& progress);
 
+// The same by the options --board and --board-square. A board that was asked for and is of no use is an error,
+// one that was not a warning.
+BoardSightings BoardFor(const std::filesystem::path& folder, const std::vector<ListedView>& views,
+                        const std::string& words, double square_mm, Progress& progress);
+
 }  // namespace polarscan
