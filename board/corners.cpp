@@ -15,7 +15,7 @@ constexpr double kBlackShare = 0.01, kWhiteShare = 0.98;  // of the pixels, wher
 constexpr int kLeastRadius_px = 2, kMostRadius_px = 12;
 constexpr double kWindowShare = 0.12;  // of a square's shortest side, as it shows: the window's radius
 constexpr double kAgreement = 0.2;     // of the same: most that two markers may differ about a corner
-constexpr double kMostMove = 0.25, kMostMove_px = 0.5;  // to the saddle, in windows, and px
+constexpr double kMostMove = 0.4, kMostMove_px = 0.8;  // to the saddle, in windows, and px
 constexpr double kProbe = 0.065;         // of a square: from a corner into the white ring around a marker
 constexpr double kLeastContrast = 0.45;  // between the four squares at a corner, of white less black nearby
 

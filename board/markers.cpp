@@ -21,8 +21,7 @@ using MarkerOutlines = std::vector<std::vector<cv::Point2f>>;
 #if POLARSCAN_ARUCO_IN_OBJDETECT
 void Detect(const cv::Mat& grey, MarkerOutlines& outlines, std::vector<int>& ids) {
   cv::aruco::DetectorParameters parameters;
-  parameters.cornerRefinementMethod = cv::aruco::CORNER_REFINE_SUBPIX;
-  parameters.cornerRefinementWinSize = 3;
+  parameters.cornerRefinementMethod = cv::aruco::CORNER_REFINE_NONE;
   const cv::aruco::ArucoDetector detector(cv::aruco::getPredefinedDictionary(cv::aruco::DICT_5X5_250),
                                           parameters);
   detector.detectMarkers(grey, outlines, ids);
@@ -34,8 +33,7 @@ void DrawCells(int id, cv::Mat& cells) {
 #else
 void Detect(const cv::Mat& grey, MarkerOutlines& outlines, std::vector<int>& ids) {
   const auto parameters = cv::aruco::DetectorParameters::create();
-  parameters->cornerRefinementMethod = cv::aruco::CORNER_REFINE_SUBPIX;
-  parameters->cornerRefinementWinSize = 3;
+  parameters->cornerRefinementMethod = cv::aruco::CORNER_REFINE_NONE;
   cv::aruco::detectMarkers(grey, cv::aruco::getPredefinedDictionary(cv::aruco::DICT_5X5_250), outlines, ids,
                            parameters);
 }

