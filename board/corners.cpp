@@ -124,8 +124,9 @@ bool IsCheckered(const Image<float>& s0, const Board& board, int corner, const P
 }  // namespace
 
 MarkersSeen SeeMarkers(const Image<float>& s0, bool mirrored) {
-  const std::vector<FoundMarker> found = FindMarkers(ToGrey(s0, mirrored));
   MarkersSeen seen;
+  if (s0.empty()) return seen;
+  const std::vector<FoundMarker> found = FindMarkers(ToGrey(s0, mirrored));
   for (std::size_t i = 0; i < found.size(); ++i) {
     const bool before = i > 0 && found[i - 1].id == found[i].id;
     const bool after = i + 1 < found.size() && found[i + 1].id == found[i].id;

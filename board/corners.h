@@ -20,7 +20,7 @@ struct MarkersSeen {
   std::vector<int> twice;            // ids
 };
 
-// The markers of S0 (any unit, linear in light), whose brightest parts may clip. mirrored: of the picture
+// The markers of S0 (any unit, linear in light; may be empty), whose brightest parts may clip. mirrored: of the picture
 // seen in a mirror.
 MarkersSeen SeeMarkers(const Image<float>& s0, bool mirrored = false);
 

@@ -33,7 +33,7 @@ World MakeWorld(std::uint64_t seed, double noise_px, double pose_px, int views =
   }();
   World world;
   Random random(seed, 9);
-  const auto normal = [&](double sigma) {
+  const auto normal = [&](double sigma) -> Eigen::Vector3d {
     return sigma * Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal());
   };
   for (int i = 0; i < views; ++i) {

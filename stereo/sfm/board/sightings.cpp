@@ -32,8 +32,13 @@ std::size_t CountMarkers(const MarkersSeen& seen, const Board& board) {
       std::ranges::count_if(seen.markers, [&](const auto& m) { return HasMarker(board, m.id); }));
 }
 
+// Empty where the file cannot be read: the stage that needs it says so.
 Image<float> ReadS0(const std::filesystem::path& folder, const ListedView& view) {
-  return ReadStokes(folder / (view.name + ".tif")).s0;
+  try {
+    return ReadStokes(folder / (view.name + ".tif")).s0;
+  } catch (const Error&) {
+    return {};
+  }
 }
 
 ViewLook LookAtView(const Image<float>& s0, const std::vector<Board>& candidates) {
