@@ -101,6 +101,7 @@ void AddMeshCommand(CLI::App& app, Context& context);
 void AddReconstructCommand(CLI::App& app, Context& context);
 void AddReplayCommand(CLI::App& app, Context& context);
 void AddReportCommand(CLI::App& app, Context& context);
+void AddBoardCommand(CLI::App& app, Context& context);
 void AddSfmCommand(CLI::App& app, Context& context);
 void AddSimulateCommand(CLI::App& app, Context& context);
 void AddStereoCommand(CLI::App& app, Context& context);

@@ -60,6 +60,7 @@ void AddCommands(CLI::App& app, Context& context) {
   AddDoctorCommand(app, context);
   AddSimulateCommand(app, context);
   AddCamerasCommand(app, context);
+  AddBoardCommand(app, context);
   AddCaptureCommand(app, context);
   AddCalibrateCommand(app, context);
   AddCheckCommand(app, context);

@@ -49,14 +49,14 @@ void Run(const MeshArguments& arguments, Context& context) {
   RunMesh(scan, arguments.options);
   const fs::path file = arguments.output.empty() ? scan.mesh() : arguments.output;
   if (!arguments.output.empty()) WriteMeshFile(file, ReadSurfaceMesh(scan.mesh()));
-  if (file.extension() == ".stl")
+  if (file.extension() == ".stl" && !UnitOf(scan).IsKnown())
     context.progress.Info(
         "STL has no unit, and slicers take millimetres: these lengths are in the unit of the scan's poses");
   nlohmann::json result = scan.Counts("mesh");
   result["mesh"] = file.string();
-  context.Finish(result, fmt::format("{} triangles, {}: {}", result.at("faces").get<std::size_t>(),
+  context.Finish(result, fmt::format("{} triangles, {}, in {}: {}", result.at("faces").get<std::size_t>(),
                                      result.at("watertight").get<bool>() ? "watertight" : "with borders",
-                                     file.string()));
+                                     UnitWords(UnitOf(scan)), file.string()));
 }
 
 }  // namespace

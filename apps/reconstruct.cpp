@@ -122,10 +122,11 @@ void Reconstruct(const ReconstructArguments& a, Context& context) {
   if (!a.make_mesh && fs::exists(scan.mesh()) && IsOutOfDate(scan.state(), "mesh", "fusion"))
     context.progress.Warn(fmt::format("{} is of an earlier cloud; polarscan mesh {} makes it anew",
                                       scan.mesh().string(), a.scan.string()));
-  context.Finish(ToJson(scan.state()),
-                 fmt::format("cloud:  {}\n{}report: {}", scan.cloud().string(),
-                             a.make_mesh ? fmt::format("mesh:   {}\n", scan.mesh().string()) : "",
-                             scan.report().string()));
+  context.Finish(
+      ToJson(scan.state()),
+      fmt::format("cloud:  {}, in {}\n{}report: {}", scan.cloud().string(), UnitWords(UnitOf(scan)),
+                  a.make_mesh ? fmt::format("mesh:   {}\n", scan.mesh().string()) : "",
+                  scan.report().string()));
 }
 
 }  // namespace

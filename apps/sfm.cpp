@@ -40,8 +40,8 @@ void AddSfmCommand(CLI::App& app, Context& context) {
     RunSfm(scan, KnownPoses(scan), WithMasksOf(a->sfm, a->dense));
     RunDense(scan, a->dense);
     context.Finish(ToJson(scan.state().Stage("sfm")),
-                   fmt::format("poses: {}; next: polarscan stereo {}", (scan.sfm() / "model").string(),
-                               a->scan.string()));
+                   fmt::format("poses: {}, in {}; next: polarscan stereo {}", (scan.sfm() / "model").string(),
+                               UnitWords(UnitOf(scan)), a->scan.string()));
   });
 }
 

@@ -1,9 +1,9 @@
-# find_package(polarscan) gives polarscan::core, demosaic, acquisition, simulation, stereo, fusion, evaluation, pipeline, report.
+# find_package(polarscan) gives polarscan::core, board, demosaic, acquisition, simulation, stereo, fusion, evaluation, pipeline, report.
 include(CMakeFindDependencyMacro)
 list(PREPEND CMAKE_MODULE_PATH ${CMAKE_CURRENT_LIST_DIR})
 find_dependency(Eigen3)
 find_dependency(TBB)
-find_dependency(OpenCV COMPONENTS core imgproc imgcodecs)
+find_dependency(OpenCV COMPONENTS core imgproc imgcodecs aruco)
 find_dependency(TIFF)
 find_dependency(embree 3)
 find_dependency(fmt)

@@ -151,6 +151,10 @@ void RunSfm(Scan& scan, const std::optional<fs::path>& known_model, const SfmOpt
     const Eigen::Vector3d& offset = model.offset;
     scan.Note("offset",
               offset.isZero(0) ? nlohmann::json() : nlohmann::json{offset.x(), offset.y(), offset.z()});
+    const LengthUnit unit = UnitOfPoses(scan.sfm());
+    scan.Note("unit", unit.unit);
+    scan.Note("unit_source", unit.IsKnown() ? nlohmann::json(unit.source) : nlohmann::json());
+    scan.Note("unit_sigma", unit.IsKnown() ? nlohmann::json(unit.sigma) : nlohmann::json());
     return {{"registered", model.images.size()}, {"points", model.points.size()}};
   });
 }
@@ -219,6 +223,17 @@ void RunMesh(Scan& scan, const MeshOptions& options) {
 
 bool MapsWereDamaged(const Scan& scan) {
   return scan.Counts("fusion").value("damaged", nlohmann::json(0)) > 0;
+}
+
+LengthUnit UnitOf(const Scan& scan) {
+  const nlohmann::json& summary = scan.state().summary;
+  LengthUnit unit;
+  if (const auto found = summary.find("unit"); found != summary.end() && *found == "mm") unit.unit = "mm";
+  if (const auto found = summary.find("unit_source"); found != summary.end() && found->is_string())
+    unit.source = found->get<std::string>();
+  if (const auto found = summary.find("unit_sigma"); found != summary.end() && found->is_number())
+    unit.sigma = found->get<double>();
+  return unit;
 }
 
 StereoOptions RecordedStereoOptions(const Scan& scan) {

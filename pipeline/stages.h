@@ -7,6 +7,7 @@
 #include "pipeline/scan.h"
 #include "pipeline/stereo/stereo.h"
 #include "stereo/dense/undistort.h"
+#include "stereo/sfm/board/length_unit.h"
 #include "stereo/sfm/sfm.h"
 
 namespace polarscan {
@@ -33,6 +34,9 @@ void RunMesh(Scan& scan, const MeshOptions& options);
 
 // Whether fusion left out views because of damaged maps: then it is done, but data was lost.
 bool MapsWereDamaged(const Scan& scan);
+
+// What its lengths are counted in, as scan.json says.
+LengthUnit UnitOf(const Scan& scan);
 
 // The options of the scan's stereo stage as scan.json holds them. Throws Error if it holds none.
 StereoOptions RecordedStereoOptions(const Scan& scan);

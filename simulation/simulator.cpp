@@ -58,10 +58,27 @@ json SetJson(const SimulatorOptions& options, const SimulatedSensor& sensor, con
           {"convention", kConvention},    {"sensor", SensorJson(sensor)}};
 }
 
+// Where the board lies and how large it is in the units of everything else in truth/.
+json BoardJson(const Scene& scene) {
+  const Board& board = StandardBoards()[0];
+  const Similarity s = BoardFromWorld(scene);
+  json rotation = json::array();
+  for (int row = 0; row < 3; ++row)
+    rotation.push_back({s.rotation(row, 0), s.rotation(row, 1), s.rotation(row, 2)});
+  return {{"board", board.name},
+          {"square_mm", board.square_mm},
+          {"mm_per_unit", s.scale},
+          {"board_from_world",
+           {{"scale", s.scale},
+            {"rotation", rotation},
+            {"translation", {s.translation.x(), s.translation.y(), s.translation.z()}}}}};
+}
+
 void WriteTruth(const fs::path& folder, const Scene& scene, const Pinhole& camera,
                 const std::vector<SimulatedPose>& views, bool known_poses) {
   WriteMesh(folder / "truth" / "mesh.ply", scene.object);
   if (scene.has_table) WriteMesh(folder / "truth" / "table.ply", TableMesh(scene));
+  if (!scene.sheet.empty()) WriteJson(folder / "truth" / "board.json", BoardJson(scene));
   WriteTruePoses(folder / "truth" / "sparse", camera, views);
   if (known_poses) WriteTruePoses(folder / "sparse", camera, views);
 }
@@ -86,6 +103,10 @@ OptionTable SceneTable(SceneOptions& scene) {
       {"table", &scene.table, "stand the object on a printed table, from which poses can be found"},
       {"blocks", &scene.blocks,
        "printed blocks on the table; without them structure from motion sees a mere plane"},
+      {"board", &scene.board,
+       "an A4 board (polarscan board) under the object; a unit of the scene is 60 mm then, and "
+       "truth/board.json "
+       "says where the board lies"},
   };
 }
 

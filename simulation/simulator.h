@@ -48,7 +48,7 @@ struct SimulationSummary {
 };
 
 // Writes an INPUT folder: mosaic/NNNNNN.png (numbered as the shots of a session that saw the same), set.json,
-// optionally masks/ and sparse/, and beside it truth/{mesh.ply, table.ply, sparse/}. set.json says
+// optionally masks/ and sparse/, and beside it truth/{mesh.ply, table.ply, board.json, sparse/}. set.json says
 // "complete": false until everything is there. A folder that holds something else than an earlier simulation
 // is refused (Error).
 SimulationSummary Simulate(const SimulatorOptions& options, const std::filesystem::path& folder,

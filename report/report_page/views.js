@@ -18,7 +18,7 @@ function select(index) {
 function factsOf(view) {
   const facts = [];
   if (view.depth) {
-    facts.push(["Depth", `${plain(view.depth.near)} to ${plain(view.depth.far)} (world units)`]);
+    facts.push(["Depth", `${plain(view.depth.near)} to ${plain(view.depth.far)} (${data.scan?.unit === "mm" ? "mm" : "arbitrary units"})`]);
     facts.push(["Pixels with depth", plain(100 * view.depth.share) + " %"]);
   }
   if (view.source_names) facts.push(["Matched with", view.source_names.slice(0, 6).join(", ") + (view.source_names.length > 6 ? ", ..." : "")]);

@@ -14,6 +14,8 @@ namespace polarscan {
 namespace {
 
 constexpr int kPrintSize = 2048, kCoarseFactor = 16;
+constexpr double kSheetPixelsPerMm = 8;
+constexpr float kInk = 0.04f, kPaper = 0.60f;  // reflectance of the board
 constexpr double kSink = 0.003;  // how deep the object stands in the table, so that no light leaks under it
 
 TriangleMesh MakeObject(const SceneOptions& options, const Progress& progress) {
@@ -87,10 +89,47 @@ TriangleMesh MakeBlocks(double table_height, std::uint64_t seed) {
   return mesh;
 }
 
+Image<float> MakeSheet(const Board& board) {
+  Image<float> sheet = BoardPicture(board, kSheetPixelsPerMm);
+  for (float& value : sheet.pixels()) value = std::lerp(kInk, kPaper, value);
+  return sheet;
+}
+
+constexpr double kSheetPixelsPerUnit = kSheetPixelsPerMm * kMmPerUnit;
+
+// Half of the sheet's sides, world units.
+Eigen::Vector2d HalfSheet(const Image<float>& sheet) {
+  return Eigen::Vector2d(sheet.width(), sheet.height()) / (2 * kSheetPixelsPerUnit);
+}
+
+bool IsOnSheet(const Image<float>& sheet, double x, double z) {
+  const Eigen::Vector2d half = HalfSheet(sheet);
+  return !sheet.empty() && std::abs(x) < half.x() && std::abs(z) < half.y();
+}
+
+double SheetAt(const Image<float>& sheet, double x, double z) {
+  const Eigen::Vector2d half = HalfSheet(sheet);
+  return Sample(sheet, 0.5 + 0.5 * x / half.x(), 0.5 + 0.5 * z / half.y());
+}
+
+// The print with the sheet on it, for light on its second way.
+Image<float> WithSheet(Image<float> print, const Image<float>& sheet, double half_size) {
+  for (int y = 0; y < print.height(); ++y)
+    for (int x = 0; x < print.width(); ++x) {
+      const double at_x = half_size * (2 * (x + 0.5) / print.width() - 1),
+                   at_z = half_size * (2 * (y + 0.5) / print.height() - 1);
+      if (IsOnSheet(sheet, at_x, at_z)) print(x, y) = float(SheetAt(sheet, at_x, at_z));
+    }
+  return print;
+}
+
 }  // namespace
 
 double Scene::PrintAt(const Eigen::Vector3d& p, const Eigen::Vector3d& normal, bool coarse) const {
+  constexpr double kOnTable = 1e-6;
   const Image<float>& picture = coarse ? coarse_print : print;
+  const bool on_table = normal.y() > 0.9 && p.y() < table_height + kOnTable;
+  if (on_table && !coarse && IsOnSheet(sheet, p.x(), p.z())) return SheetAt(sheet, p.x(), p.z());
   if (normal.y() > 0.9)
     return Sample(picture, 0.5 + 0.5 * p.x() / table_half_size, 0.5 + 0.5 * p.z() / table_half_size);
   // The side of a block: a part of the print of its own, found by the side's distance from the middle.
@@ -106,17 +145,31 @@ Scene MakeScene(const SceneOptions& options, const Progress& progress) {
   scene.object_material = {options.ior, options.roughness};
   scene.object_texture = MakeTexture(options);
   scene.has_table = options.table;
+  if (options.board && !options.table)
+    throw Error("a board lies on a table, and there is none", "--board", "Leave out --no-table");
   double lowest = 1;
   for (const Eigen::Vector3d& v : scene.object.vertices) lowest = std::min(lowest, v.y());
   scene.table_height = lowest + kSink;
   if (options.table) {
     scene.print = MakePrint(kPrintSize, options.seed + 2, progress);
-    scene.coarse_print = Shrink(scene.print, kCoarseFactor);
+    if (options.board) scene.sheet = MakeSheet(StandardBoards()[0]);
+    scene.coarse_print =
+        Shrink(options.board ? WithSheet(scene.print, scene.sheet, scene.table_half_size) : scene.print,
+               kCoarseFactor);
     if (options.blocks) scene.blocks = MakeBlocks(scene.table_height, options.seed);
     for (const Eigen::Vector3d& v : scene.blocks.vertices) scene.reach = std::max(scene.reach, v.norm());
   }
   scene.environment = NamedEnvironment(options.light);
   return scene;
+}
+
+Similarity BoardFromWorld(const Scene& scene) {
+  Similarity board_from_world{kMmPerUnit, Eigen::Matrix3d::Zero(), Eigen::Vector3d::Zero()};
+  board_from_world.rotation.row(0) = Eigen::RowVector3d::UnitX();
+  board_from_world.rotation.row(1) = -Eigen::RowVector3d::UnitZ();
+  board_from_world.rotation.row(2) = Eigen::RowVector3d::UnitY();
+  board_from_world.translation.z() = -kMmPerUnit * scene.table_height;
+  return board_from_world;
 }
 
 TriangleMesh TableMesh(const Scene& scene) {

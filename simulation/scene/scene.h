@@ -4,7 +4,9 @@
 #include <filesystem>
 #include <string>
 
+#include "board/board.h"
 #include "core/mesh.h"
+#include "core/similarity.h"
 #include "simulation/scene/environment.h"
 #include "simulation/scene/texture.h"
 
@@ -29,12 +31,18 @@ struct Scene {
   TriangleMesh blocks;               // the table's material; may be empty
   double reach = 1;                  // radius around the origin that holds the object and the blocks
   Image<float> print, coarse_print;  // reflectance; coarse: for light that was scattered once already
+  Image<float> sheet;                // a board on the print, its middle on the table's; empty: none
 
   Environment environment{1.0};
 
   // Reflectance of the print at a world point on the table or a block, and the surface's normal there.
   double PrintAt(const Eigen::Vector3d& p, const Eigen::Vector3d& normal, bool coarse) const;
 };
+
+// The board that lies under the object, the first of StandardBoards(), and how many millimetres a unit is then.
+inline constexpr double kMmPerUnit = 60;
+// Its frame (Board) from the world's.
+Similarity BoardFromWorld(const Scene& scene);
 
 struct SceneOptions {
   std::string scene = "bear";
@@ -43,7 +51,7 @@ struct SceneOptions {
   std::string texture = "weak";  // none, weak, strong
   std::string light = "studio";
   double albedo = 0.28, roughness = 0.15, ior = 1.5;
-  bool table = true, blocks = true;
+  bool table = true, blocks = true, board = false;
   std::uint64_t seed = 0;  // of the textures
 };
 

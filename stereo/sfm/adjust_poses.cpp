@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/statistics.h"
-#include "stereo/sfm/model/camera_models.h"
+#include "stereo/sfm/model/lens_projection.h"
 
 namespace polarscan {
 namespace {
@@ -45,17 +45,6 @@ PoseChange ChangeBetween(const Rigid& given, const Rigid& pose) {
   return change;
 }
 
-// Where a lens shows a point of the camera's frame, less where it was observed (camera_models.h).
-template <class T>
-Eigen::Matrix<T, 2, 1> Misses(const Lens& lens, const T* p, const Eigen::Vector2d& observed) {
-  const T x = p[0] / p[2], y = p[1] / p[2], r2 = x * x + y * y;
-  const T radial = 1.0 + r2 * (lens.k1 + r2 * lens.k2);
-  const T u = x * radial + 2 * lens.p1 * x * y + lens.p2 * (r2 + 2.0 * x * x);
-  const T v = y * radial + lens.p1 * (r2 + 2.0 * y * y) + 2 * lens.p2 * x * y;
-  const Pinhole& pinhole = lens.pinhole;
-  return {pinhole.fx * u + pinhole.cx - observed.x(), pinhole.fy * v + pinhole.cy - observed.y()};
-}
-
 // An observation's miss over its deviation, by pose change and point.
 struct ObservationTerm {
   const Lens& lens;
@@ -73,7 +62,7 @@ struct ObservationTerm {
     ceres::AngleAxisRotatePoint(change, before.data(), p);
     if (!(p[2] > 0.0)) return false;
     Eigen::Map<Eigen::Matrix<T, 2, 1>> out(residuals);
-    out = Misses(lens, p, observed) / deviation_px;
+    out = (ProjectThrough(lens, p) - observed) / deviation_px;
     return true;
   }
 };
@@ -175,7 +164,7 @@ class Adjustment {
     const Rigid pose = Changed(given_.at(o.image_id), changes_.at(o.image_id));
     const Eigen::Vector3d p = pose * model_.points.at(o.point_id).position;
     if (!(p.z() > 0)) return {2 * kFarBehind, 2 * kFarBehind};
-    return Misses(lenses_.at(ImageOf(o).camera_id), p.data(), Observed(o));
+    return ProjectThrough(lenses_.at(ImageOf(o).camera_id), p.data()) - Observed(o);
   }
   double MissPx(const Observation& o) const { return Miss(o).norm(); }
 

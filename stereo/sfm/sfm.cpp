@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/files/files.h"
 #include "stereo/sfm/adjust_poses.h"
+#include "stereo/sfm/board/board_scale.h"
 #include "stereo/sfm/colmap/mapping.h"
 #include "stereo/sfm/feature_masks.h"
 #include "stereo/sfm/known_poses.h"
@@ -67,17 +68,19 @@ std::optional<SparseModel> ReadResult(const fs::path& folder, const std::string&
 }
 
 // result.json goes first and comes last: without it the model does not count.
-void WriteResult(const fs::path& folder, const std::string& hash, const SparseModel& model,
-                 std::size_t views) {
+void WriteResult(const fs::path& folder, const std::string& hash, const SparseModel& model, std::size_t views,
+                 const LengthUnit& unit) {
   fs::remove(folder / "result.json");
   fs::remove(folder / "offset.txt");
   WriteSparseModelBinary(folder, model);
-  WriteJson(folder / "result.json", {{"hash", hash},
-                                     {"model", ModelHash(folder)},
-                                     {"views", views},
-                                     {"registered", model.images.size()},
-                                     {"points", model.points.size()},
-                                     {"mean_error_px", MeanError(model)}});
+  nlohmann::json result = {{"hash", hash},
+                           {"model", ModelHash(folder)},
+                           {"views", views},
+                           {"registered", model.images.size()},
+                           {"points", model.points.size()},
+                           {"mean_error_px", MeanError(model)}};
+  if (unit.IsKnown()) result["unit"] = ToJson(unit);
+  WriteJson(folder / "result.json", result);
 }
 
 // Images of other names than ours cannot come from our database.
@@ -280,6 +283,13 @@ OptionTable Table(SfmOptions& o) {
        0,
        0,
        {"auto", "yes", "no"}},
+      {"board", &o.board,
+       "printed board (polarscan board) that gives millimetres and a frame: auto (an A4 or A3 one where "
+       "there "
+       "is one; known poses keep their frame), no, yes (it must be there), or which: A4, A3, "
+       "COLUMNSxROWS:SQUARE"},
+      {"board-square", &o.board_square_mm,
+       "side of its squares as measured after printing; 0: as they were meant", "mm", 0, 1000},
       {"triangulate", &o.triangulate,
        "with known poses: triangulate sparse points (slower; depth ranges also come from masks)"},
       {"bundle-adjustment", &o.bundle_adjustment,
@@ -299,6 +309,8 @@ SparseModel EstimatePoses(const fs::path& views_folder, const fs::path& sfm_fold
   if (const auto done = ReadResult(sfm_folder / "model", hash)) return *done;
   CreateFolder(sfm_folder);
 
+  const BoardSightings board =
+      BoardFor(views_folder, views, options.board, options.board_square_mm, progress);
   SparseModel model;
   Evidence evidence;
   const fs::path log = sfm_folder / "colmap.log";
@@ -319,7 +331,8 @@ SparseModel EstimatePoses(const fs::path& views_folder, const fs::path& sfm_fold
     CheckKnownPoses(model, known_model->lexically_normal().string(), options.bundle_adjustment, progress);
   else
     CheckEstimatedPoses(model, views, evidence, options.min_registered, log.string(), progress);
-  WriteResult(sfm_folder / "model", hash, model, views.size());
+  const LengthUnit unit = TakeUnitOfBoard(model, board, known_model && options.board == "auto", progress);
+  WriteResult(sfm_folder / "model", hash, model, views.size(), unit);
   return model;
 }
 

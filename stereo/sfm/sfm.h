@@ -21,6 +21,8 @@ struct SfmOptions {
   int max_image_size = 1600;
   double min_registered = 0.4;
   std::string masks = "auto";
+  std::string board = "auto";
+  double board_square_mm = 0;
   bool triangulate = false;
   bool bundle_adjustment = false;
   int seed = 0;
@@ -35,6 +37,8 @@ OptionTable Table(SfmOptions& options);
 // missing from it; its coordinates are local where the known ones lie far from 0 (offset). Everything is kept
 // below `sfm_folder`: colmap.log, database, models/, and the result in model/; a result that was made from
 // the same pictures and options is taken as it is. What part masks play is options.masks (feature_masks.h).
+// A board in the views (board/board_scale.h) gives the result its millimetres and its frame; known poses keep
+// theirs unless options.board asks.
 // Throws Error with a plain sentence on causes and cures if too few views register; warns if some do not.
 SparseModel EstimatePoses(const std::filesystem::path& views, const std::filesystem::path& sfm_folder,
                           const std::optional<std::filesystem::path>& known_model, const SfmOptions& options,
