@@ -12,8 +12,8 @@
 
 #include "bench/timing.h"
 #include "core/random.h"
-#include "stereo/costs/normal_from_aop.h"
 #include "stereo/costs/ncc.h"
+#include "stereo/costs/normal_from_aop.h"
 #include "stereo/rounds/band_rows.h"
 
 namespace polarscan::bench {

@@ -126,7 +126,8 @@ const TriangleMesh& HullSupport::Hull(const SurfaceViews& views, double pixel, P
   std::vector<CloudPoint> points;
   for (const HullPoint& p : HullSurface(views.views, views.mask, progress))
     points.push_back({p.position, p.normal, {}});
-  hull_ = points.empty() ? TriangleMesh() : PoissonSurface(points, std::min(kHullDepth, PoissonDepth(points)), progress);
+  hull_ = points.empty() ? TriangleMesh()
+                         : PoissonSurface(points, std::min(kHullDepth, PoissonDepth(points)), progress);
   ComputeVertexNormals(*hull_);
   RefineCounts counts;
   const auto refine = [&](int times) {

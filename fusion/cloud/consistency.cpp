@@ -143,8 +143,8 @@ std::size_t PlacesOf(const std::vector<Agreement>& agreements) {
 }
 
 CloudPoint FusePixel(const ViewMaps& reference, int x, int y,
-                const std::vector<std::shared_ptr<const ViewMaps>>& candidates,
-                const std::vector<Agreement>& agreements) {
+                     const std::vector<std::shared_ptr<const ViewMaps>>& candidates,
+                     const std::vector<Agreement>& agreements) {
   const SurfacePoint seed = BackProject(reference, x, y);
   const Eigen::Vector3d centre = reference.cam_from_world.Center(), ray = seed.position - centre;
   WeightedMean mean;

@@ -67,7 +67,7 @@ std::size_t PlacesOf(const std::vector<Agreement>& agreements);
 // residual), with a the angle at the point between that view and the reference (90 degrees at most): many
 // views from well apart that agree well. Of a place's views the best counts.
 CloudPoint FusePixel(const ViewMaps& reference, int x, int y,
-                const std::vector<std::shared_ptr<const ViewMaps>>& candidates,
-                const std::vector<Agreement>& agreements);
+                     const std::vector<std::shared_ptr<const ViewMaps>>& candidates,
+                     const std::vector<Agreement>& agreements);
 
 }  // namespace polarscan

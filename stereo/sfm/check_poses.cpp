@@ -188,8 +188,9 @@ bool HasMoved(const SparseModel& model) {
   return model.images.empty() || Parallax(model).value_or(0) > kLeastParallaxPx;
 }
 
-void CheckEstimatedPoses(const SparseModel& model, const std::vector<ListedView>& views, const Evidence& evidence,
-                double smallest_share, const std::string& log, Progress& progress) {
+void CheckEstimatedPoses(const SparseModel& model, const std::vector<ListedView>& views,
+                         const Evidence& evidence, double smallest_share, const std::string& log,
+                         Progress& progress) {
   const std::vector<std::string> missing = MissingViews(model, views);
   const std::size_t registered = views.size() - missing.size();
   const double share = double(registered) / double(views.size());

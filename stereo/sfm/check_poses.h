@@ -46,8 +46,9 @@ bool HasMoved(const SparseModel& model);
 // Says what is wrong with estimated poses, in words that help: throws Error if the share of registered views
 // is below `smallest_share` (or fewer than two are registered) or the cameras hardly moved, warns
 // of all missing views by name and cause; warns of cameras that cannot be right. `log` is COLMAP's.
-void CheckEstimatedPoses(const SparseModel& model, const std::vector<ListedView>& views, const Evidence& evidence,
-                double smallest_share, const std::string& log, Progress& progress);
+void CheckEstimatedPoses(const SparseModel& model, const std::vector<ListedView>& views,
+                         const Evidence& evidence, double smallest_share, const std::string& log,
+                         Progress& progress);
 
 // The same for known poses, of which the missing ones are known (known_poses.h): throws Error if all cameras
 // stand at one place or a focal length is absurd, warns of cameras that cannot be right and of poses that

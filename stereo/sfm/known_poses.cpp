@@ -11,8 +11,8 @@
 #include "core/error.h"
 #include "core/files/view_name.h"
 #include "core/words.h"
-#include "stereo/sfm/model/camera_models.h"
 #include "stereo/sfm/check_poses.h"
+#include "stereo/sfm/model/camera_models.h"
 
 namespace polarscan {
 namespace {

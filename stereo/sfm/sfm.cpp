@@ -10,12 +10,12 @@
 #include "core/files/files.h"
 #include "stereo/sfm/adjust_poses.h"
 #include "stereo/sfm/board/board_scale.h"
+#include "stereo/sfm/check_poses.h"
 #include "stereo/sfm/colmap/mapping.h"
 #include "stereo/sfm/feature_masks.h"
 #include "stereo/sfm/known_poses.h"
 #include "stereo/sfm/model/camera_models.h"
 #include "stereo/sfm/scene_points.h"
-#include "stereo/sfm/check_poses.h"
 
 namespace polarscan {
 namespace {
