@@ -29,7 +29,7 @@ Eigen::VectorXd LeastSquaresNull(const MatrixXd& equations) {
   return Eigen::SelfAdjointEigenSolver<MatrixXd>(squares).eigenvectors().col(0);
 }
 
-// The matrix (up to scale) with matrix * space[k] ~ (1, p cos 2 angle, p sin 2 angle).
+// The matrix (up to a positive scale) with matrix * space[k] ~ (1, p cos 2 angle, p sin 2 angle).
 Matrix3d SolveKnown(const Matrix3Xd& space, const std::vector<double>& angles_deg, double degree) {
   const Eigen::Index frames = space.cols();
   MatrixXd equations = MatrixXd::Zero(2 * frames, 9);
@@ -45,7 +45,7 @@ Matrix3d SolveKnown(const Matrix3Xd& space, const std::vector<double>& angles_de
   Matrix3d matrix;
   matrix << solution.segment<3>(0).transpose(), solution.segment<3>(3).transpose(),
       solution.segment<3>(6).transpose();
-  return matrix;
+  return (matrix.row(0) * space).sum() < 0 ? Matrix3d(-matrix) : matrix;  // light is positive
 }
 
 // The quadratic form of the cone on which all frames' light lies, (+, -, -).
