@@ -59,7 +59,7 @@ std::vector<CameraRing> ParseRings(const std::string& text) {
 
 std::vector<SimulatedPose> RingViews(const std::vector<CameraRing>& rings, double jitter_deg,
                                      std::uint64_t seed, const TriangleMesh& object, const Pinhole& camera,
-                                     double fill) {
+                                     double fill, bool turntable) {
   constexpr double kRadians = std::numbers::pi / 180;
   std::vector<SimulatedPose> views;
   double distance = 0, shift = 0;
@@ -67,13 +67,16 @@ std::vector<SimulatedPose> RingViews(const std::vector<CameraRing>& rings, doubl
     for (int i = 0; i < ring.views; ++i) {
       Random random(seed, 3, views.size());
       const auto jitter = [&] { return jitter_deg * (2 * random.Uniform() - 1); };
-      const double elevation = ring.elevation_deg + jitter(),
+      const double camera_moves = turntable ? 0 : 1;
+      const double elevation = ring.elevation_deg + camera_moves * jitter(),
                    azimuth = 360 * (i + shift) / ring.views + jitter();
-      const Matrix3d r = LookAtOrigin(elevation * kRadians, azimuth * kRadians, jitter() * kRadians);
+      const Matrix3d r =
+          LookAtOrigin(elevation * kRadians, azimuth * kRadians, camera_moves * jitter() * kRadians);
       for (const Vector3d& v : object.vertices)
         distance = std::max(distance, DistanceFor(r * v, fill * camera.width / 2 / camera.fx,
                                                   fill * camera.height / 2 / camera.fy));
-      views.push_back({fmt::format("{:06}", views.size()), {r, Vector3d::Zero()}});
+      views.push_back(
+          {fmt::format("{:06}", views.size()), {r, Vector3d::Zero()}, turntable ? azimuth * kRadians : 0});
     }
     shift += 1.0 / 3;
   }

@@ -31,7 +31,7 @@ std::vector<Exposure> Expose(const SimulatorOptions& options, const SimulatedSen
   progress.Begin(fmt::format("the simulated camera gets {} pictures ready", shoot.views.size()),
                  shoot.views.size() * std::size_t(shoot.camera.height), "row");
   for (const SimulatedPose& view : shoot.views)
-    exposures.push_back(RenderFrame(shoot.lit, shoot.camera, view.cam_from_world, settings, progress));
+    exposures.push_back(TakePicture(shoot, view, settings, progress));
   return exposures;
 }
 

@@ -103,6 +103,7 @@ OptionTable SceneTable(SceneOptions& scene) {
       {"table", &scene.table, "stand the object on a printed table, from which poses can be found"},
       {"blocks", &scene.blocks,
        "printed blocks on the table; without them structure from motion sees a mere plane"},
+      {"room", &scene.room, "a printed wall far behind the scene, all around"},
       {"board", &scene.board,
        "an A4 board (polarscan board) under the object; a unit of the scene is 60 mm then, and "
        "truth/board.json "
@@ -116,6 +117,8 @@ OptionTable Table(SimulatorOptions& options) {
   OptionTable table = SceneTable(options.scene);
   const OptionTable camera = {
       {"rings", &options.rings, "cameras around the object as elevation:views, ..."},
+      {"turntable", &options.turntable,
+       "the scene turns before a camera, lamps and a room that stand still, one stand a ring"},
       {"width", &options.width, "raw picture width", "px", 16, 16384},
       {"height", &options.height, "raw picture height", "px", 16, 16384},
       {"fov", &options.fov_deg, "horizontal field of view", "deg", 5, 120},
@@ -150,10 +153,20 @@ SimulatedShoot PrepareShoot(Scene scene, const SimulatorOptions& options, Progre
   LitScene lit = Illuminate(std::move(scene), progress);
   progress.Advance();
   const Pinhole camera = SimulatedPinhole(options);
-  std::vector<SimulatedPose> views =
-      RingViews(rings, options.jitter_deg, options.seed, lit.scene.object, camera, options.fill);
+  std::vector<SimulatedPose> views = RingViews(rings, options.jitter_deg, options.seed, lit.scene.object,
+                                               camera, options.fill, options.turntable);
   const double gain = options.exposure * AutomaticGain(lit, camera, views, progress);
   return {std::move(lit), camera, std::move(views), gain};
+}
+
+Image<std::uint16_t> TakePicture(const SimulatedShoot& shoot, const SimulatedPose& view,
+                                 const FrameSettings& settings, Progress& progress) {
+  if (view.turn_rad == shoot.lit.scene.turn_rad)
+    return RenderFrame(shoot.lit, shoot.camera, view.cam_from_world, settings, progress);
+  Scene turned = shoot.lit.scene;
+  turned.turn_rad = view.turn_rad;
+  return RenderFrame(Illuminate(std::move(turned), progress), shoot.camera, view.cam_from_world, settings,
+                     progress);
 }
 
 namespace {
@@ -174,8 +187,9 @@ SimulationSummary Write(const SimulatorOptions& options, bool pictures, const fs
   PrepareFolder(folder, set);
   WriteJson(folder / "set.json", set);
 
-  const auto [lit, camera, views, gain] = PrepareShoot(std::move(scene), options, progress);
-  settings.gain = gain;
+  const SimulatedShoot shoot = PrepareShoot(std::move(scene), options, progress);
+  settings.gain = shoot.gain;
+  const auto& [lit, camera, views, gain] = shoot;
   WriteTruth(folder, lit.scene, camera, views, options.known_poses);
 
   if (pictures) {
@@ -186,8 +200,7 @@ SimulationSummary Write(const SimulatorOptions& options, bool pictures, const fs
   }
   for (const SimulatedPose& view : views) {
     const std::string file = view.name + ".png";
-    if (pictures)
-      WritePng(folder / "mosaic" / file, RenderFrame(lit, camera, view.cam_from_world, settings, progress));
+    if (pictures) WritePng(folder / "mosaic" / file, TakePicture(shoot, view, settings, progress));
     if (options.masks)
       WritePng(folder / "masks" / file, RenderMask(lit, camera, view.cam_from_world, progress));
     ++settings.frame;

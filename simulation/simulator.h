@@ -25,7 +25,7 @@ struct SimulatorOptions {
   SimulatedSensor sensor;
   std::string layout = "90 45 / 135 0";
   double exposure = 1;
-  bool masks = false, known_poses = false;
+  bool masks = false, known_poses = false, turntable = false;
   std::uint64_t seed = 0;  // the program's --seed
 };
 OptionTable Table(SimulatorOptions& options);
@@ -41,6 +41,10 @@ struct SimulatedShoot {
   double gain = 1;
 };
 SimulatedShoot PrepareShoot(Scene scene, const SimulatorOptions& options, Progress& progress);
+
+// RenderFrame of one of its views; on a turntable the scene is lit anew, as the lamps stand with the camera.
+Image<std::uint16_t> TakePicture(const SimulatedShoot& shoot, const SimulatedPose& view,
+                                 const FrameSettings& settings, Progress& progress);
 
 struct SimulationSummary {
   int views = 0;

@@ -12,8 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kLift = 5e-4;        // rays start this far above a surface
-constexpr double kBackground = 0.03;  // radiance behind the scene
+constexpr double kLift = 5e-4;  // rays start this far above a surface
 constexpr int kObjectDirections = 96, kTableDirections = 64, kOpenDirections = 512;
 constexpr int kTableTexels = 256, kInterleave = 4;
 
@@ -24,14 +23,14 @@ struct Beam {
 
 // Directions spread evenly over the sphere (Fibonacci lattice) between heights low and high; `phase` in [0,
 // 1) shifts the lattice.
-std::vector<Beam> EvenBeams(const Environment& environment, int count, double low, double phase) {
+std::vector<Beam> EvenBeams(const Scene& scene, int count, double low, double phase) {
   std::vector<Beam> beams;
   for (int i = 0; i < count; ++i) {
     const double y = 1 - (1 - low) * (i + phase) / count;
     const double radius = std::sqrt(std::max(0.0, 1 - y * y)),
                  turn = 2 * std::numbers::pi * (i * std::numbers::phi + phase);
     const Vector3d d(radius * std::sin(turn), y, radius * std::cos(turn));
-    beams.push_back({d, environment.Radiance(d), 2 * std::numbers::pi * (1 - low) / count});
+    beams.push_back({d, scene.LampLight(d), 2 * std::numbers::pi * (1 - low) / count});
   }
   return beams;
 }
@@ -96,7 +95,7 @@ Image<float> LightTable(const LitScene& lit, Progress& progress) {
   constexpr int kPhases = kInterleave * kInterleave;
   std::vector<std::vector<Beam>> beams;
   for (int k = 0; k < kPhases; ++k)
-    beams.push_back(EvenBeams(lit.scene.environment, kTableDirections, 0.0, (k + 0.5) / kPhases));
+    beams.push_back(EvenBeams(lit.scene, kTableDirections, 0.0, (k + 0.5) / kPhases));
   Image<float> light(kTableTexels, kTableTexels);
   const double s = lit.scene.table_half_size;
   ParallelFor(0, kTableTexels, [&](int y) {
@@ -162,7 +161,7 @@ std::vector<float> LightSolid(const LitScene& lit, const TriangleMesh& mesh, dou
   constexpr int kPhases = 16, kRounds = 3;
   std::vector<std::vector<Beam>> beams;
   for (int k = 0; k < kPhases; ++k)
-    beams.push_back(EvenBeams(lit.scene.environment, kObjectDirections, -1.0, (k + 0.5) / kPhases));
+    beams.push_back(EvenBeams(lit.scene, kObjectDirections, -1.0, (k + 0.5) / kPhases));
   std::vector<float> light(mesh.vertices.size());
   ParallelFor(0, int(light.size()), [&](int i) {
     progress.Check();
@@ -171,7 +170,7 @@ std::vector<float> LightSolid(const LitScene& lit, const TriangleMesh& mesh, dou
         float(LightShare(lit, mesh.vertices[k], mesh.normals[k], ior, beams[std::size_t(i * 7 % kPhases)]));
   });
   Smooth(mesh, kRounds, light);
-  const std::vector<Beam> all = EvenBeams(lit.scene.environment, kOpenDirections, -1.0, 0.5);
+  const std::vector<Beam> all = EvenBeams(lit.scene, kOpenDirections, -1.0, 0.5);
   ParallelFor(0, int(light.size()), [&](int i) {
     progress.Check();
     light[std::size_t(i)] *= float(OpenLight(mesh.normals[std::size_t(i)], all, ior));
@@ -182,7 +181,7 @@ std::vector<float> LightSolid(const LitScene& lit, const TriangleMesh& mesh, dou
 // Inner radiance of an object in the open, at the mean light over all directions.
 double MeanGlow(const Scene& scene) {
   double light = 0;
-  for (const Beam& beam : EvenBeams(scene.environment, kOpenDirections, -1.0, 0.5))
+  for (const Beam& beam : EvenBeams(scene, kOpenDirections, -1.0, 0.5))
     light += beam.radiance * beam.solid_angle / 4;  // the mean of max(0, n d) over n is 1/4
   return BodyRadiance(scene.object_texture.mean, scene.object_material.ior) * light;
 }
@@ -210,7 +209,7 @@ Meeting MeetSolid(const LitScene& lit, const Vector3d& origin, const Vector3d& d
 // What a reflected ray sees, taken as unpolarized.
 double IncomingRadiance(const LitScene& lit, const Vector3d& origin, const Vector3d& direction) {
   const Meeting m = Meet(lit, origin, direction, true);
-  if (m.thing == Meeting::kNothing) return lit.scene.environment.Radiance(direction);
+  if (m.thing == Meeting::kNothing) return lit.scene.LampLight(direction);
   return m.body * Transmittance(std::clamp(-m.normal.dot(direction), 0.02, 1.0), m.material->ior);
 }
 
@@ -249,7 +248,7 @@ Vector3d StokesAlong(const LitScene& lit, const Vector3d& origin, const Vector3d
                      const Eigen::Matrix3d& cam_from_world, const PolarFrame& frame,
                      const FacetSamples& facets) {
   const Meeting m = Meet(lit, origin, direction, false);
-  if (m.thing == Meeting::kNothing) return {kBackground, 0, 0};
+  if (m.thing == Meeting::kNothing) return {lit.scene.RoomLight(direction), 0, 0};
   const Vector3d to_viewer = -direction, normal = FacingNormal(m.normal, to_viewer);
   const Material& material = *m.material;
   Vector3d specular = Vector3d::Zero();

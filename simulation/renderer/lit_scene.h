@@ -42,7 +42,7 @@ struct FacetSamples {
 
 // Stokes vector of the light that comes to `origin` from `direction` (world; unit), counted in the frame of
 // its pixel. facets: samples of the surface's roughness, each used with its mirror image. Behind the scene
-// there is a dim unpolarized floor.
+// there is the room, or a dim floor, unpolarized.
 Eigen::Vector3d StokesAlong(const LitScene& lit, const Eigen::Vector3d& origin,
                             const Eigen::Vector3d& direction, const Eigen::Matrix3d& cam_from_world,
                             const PolarFrame& frame, const FacetSamples& facets);

@@ -15,7 +15,9 @@ namespace {
 
 constexpr int kPrintSize = 2048, kCoarseFactor = 16;
 constexpr double kSheetPixelsPerMm = 8;
-constexpr float kInk = 0.04f, kPaper = 0.60f;  // reflectance of the board
+constexpr float kInk = 0.04f, kPaper = 0.60f;            // reflectance of the board
+constexpr double kRoomTile_rad = 0.7, kRoomLight = 0.9;  // a print's width; radiance where it is white
+constexpr double kDimFloor = 0.03;                       // radiance behind the scene where there is no room
 constexpr double kSink = 0.003;  // how deep the object stands in the table, so that no light leaks under it
 
 TriangleMesh MakeObject(const SceneOptions& options, const Progress& progress) {
@@ -123,7 +125,26 @@ Image<float> WithSheet(Image<float> print, const Image<float>& sheet, double hal
   return print;
 }
 
+// A direction of the world as the lamps and the room have it.
+Eigen::Vector3d Turned(const Eigen::Vector3d& d, double turn_rad) {
+  if (turn_rad == 0) return d;
+  const double c = std::cos(turn_rad), s = std::sin(turn_rad);
+  return {c * d.x() - s * d.z(), d.y(), s * d.x() + c * d.z()};
+}
+
 }  // namespace
+
+double Scene::LampLight(const Eigen::Vector3d& direction) const {
+  return environment.Radiance(Turned(direction, turn_rad));
+}
+
+double Scene::RoomLight(const Eigen::Vector3d& direction) const {
+  if (room.empty()) return kDimFloor;
+  const Eigen::Vector3d d = Turned(direction, turn_rad);
+  const double u = std::atan2(d.x(), d.z()) / kRoomTile_rad,
+               v = std::asin(std::clamp(d.y(), -1.0, 1.0)) / kRoomTile_rad;
+  return kRoomLight * Sample(room, u - std::floor(u), v - std::floor(v));
+}
 
 double Scene::PrintAt(const Eigen::Vector3d& p, const Eigen::Vector3d& normal, bool coarse) const {
   constexpr double kOnTable = 1e-6;
@@ -160,6 +181,7 @@ Scene MakeScene(const SceneOptions& options, const Progress& progress) {
     for (const Eigen::Vector3d& v : scene.blocks.vertices) scene.reach = std::max(scene.reach, v.norm());
   }
   scene.environment = NamedEnvironment(options.light);
+  if (options.room) scene.room = MakePrint(kPrintSize, options.seed + 3, progress);
   return scene;
 }
 

@@ -34,6 +34,13 @@ struct Scene {
   Image<float> sheet;                // a board on the print, its middle on the table's; empty: none
 
   Environment environment{1.0};
+  Image<float> room;    // radiance of a wall far away, all around; empty: none
+  double turn_rad = 0;  // of lamps and room about y: they stand with a camera before which the scene turns
+
+  // Unpolarized light from far away; `direction` is unit and points away from the scene.
+  double LampLight(const Eigen::Vector3d& direction) const;
+  // What a camera sees behind the scene.
+  double RoomLight(const Eigen::Vector3d& direction) const;
 
   // Reflectance of the print at a world point on the table or a block, and the surface's normal there.
   double PrintAt(const Eigen::Vector3d& p, const Eigen::Vector3d& normal, bool coarse) const;
@@ -51,7 +58,7 @@ struct SceneOptions {
   std::string texture = "weak";  // none, weak, strong
   std::string light = "studio";
   double albedo = 0.28, roughness = 0.15, ior = 1.5;
-  bool table = true, blocks = true, board = false;
+  bool table = true, blocks = true, board = false, room = false;
   std::uint64_t seed = 0;  // of the textures
 };
 

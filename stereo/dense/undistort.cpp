@@ -145,8 +145,9 @@ OptionTable Table(UndistortOptions& o) {
        "px", 0, 100000},
       {"masks", &o.masks, "use the input's masks"},
       {"find-masks", &o.find_masks,
-       "where no masks are given and the background is plain in all pictures, make masks of what stands out "
-       "of it"},
+       "where no masks are given and the background is plain in all pictures, or stands still while the "
+       "object turns, "
+       "make masks of what differs from it"},
       {"mend-masks", &o.mend_masks,
        "move the outlines of masks that are too wide or too narrow as a whole, and mend pieces that one mask "
        "lacks "

@@ -4,7 +4,7 @@
 
 #include "core/options.h"
 #include "core/progress.h"
-#include "stereo/dense/masks/find_masks.h"
+#include "stereo/dense/masks/finding/find_masks.h"
 #include "stereo/dense/masks/mend_masks.h"
 #include "stereo/sfm/model/camera_models.h"
 

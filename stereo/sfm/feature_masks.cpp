@@ -70,10 +70,27 @@ bool DropFeaturesOutsideOfMasks(const Mapping& m) {
   return true;
 }
 
+// Where there are no masks and all pairs were matched: what stands still in most of them is no part of what turns.
+void DropStillFeatures(const Mapping& m, const std::string& matcher) {
+  const Stillness stillness = MeasureStillness(
+      ReadFeaturePlaces(m.database()), ReadMatches(m.database(), Matches::kFound), {}, LongestSide(m));
+  if (!stillness.IsBackground()) return;
+  m.progress.Info(
+      fmt::format("poses without {} features that stand still in {} of {} pairs of pictures: the object "
+                  "turns before a background (--sfm-masks no takes all of them)",
+                  CountSet(stillness.features), stillness.still, stillness.pairs));
+  Drop(m, stillness.features);
+  MatchFeatures(m, matcher);
+}
+
 void MatchMaskedFeatures(const Mapping& m, const std::string& matcher) {
   const FeaturePlaces places = m.options.masks == "no" ? FeaturePlaces() : ReadFeaturePlaces(m.database());
   const FeatureFlags inside = InsideMasks(m, places), outside = Opposite(inside);
-  if (inside.empty()) return MatchFeatures(m, matcher);
+  if (inside.empty()) {
+    MatchFeatures(m, matcher);
+    if (m.options.masks == "auto" && matcher == "exhaustive") DropStillFeatures(m, matcher);
+    return;
+  }
   const std::size_t all = CountAll(places);
   if (m.options.masks == "yes") {
     if (CountSet(outside) == all)

@@ -201,11 +201,12 @@ SparseModel EstimateByColmap(const Mapping& m, Evidence& evidence) {
     m.progress.Info(
         fmt::format("{} of {} views placed; another attempt", BestOf(found).images.size(), m.views.size()));
     std::vector<SparseModel> models = MapViews(m, attempt);
-    if (BestOf(models).images.size() > BestOf(found).images.size()) std::swap(found, models);
+    const std::size_t before = HasMoved(BestOf(found)) ? BestOf(found).images.size() : 0;
+    if (HasMoved(BestOf(models)) && BestOf(models).images.size() > before) std::swap(found, models);
     found.insert(found.end(), models.begin(), models.end());  // they tell what hangs together
   };
-  if (!is_good() && automatic && !few) {
-    MatchFeatures(m, matcher = "exhaustive");
+  if (!IsSound(m, found) && automatic && !few) {
+    MatchMaskedFeatures(m, matcher = "exhaustive");
     least = LeastPart(m);
     improve({.name = "all-pairs", .least = least});
   }
@@ -278,7 +279,9 @@ OptionTable Table(SfmOptions& o) {
       {"sfm-masks",
        &o.masks,
        "features that poses are taken from where there are masks: all (no), those inside (yes), or all but "
-       "what stands still outside while the object turns, and those inside if that fails (auto)",
+       "what stands still outside while the object turns, and those inside if that fails (auto); without "
+       "masks: all, or "
+       "all but what stands still (auto)",
        "",
        0,
        0,

@@ -6,13 +6,14 @@
 namespace polarscan {
 namespace {
 
-constexpr int kEnoughMatches = 15;  // in a pair; as many as the matcher asks for
+constexpr int kEnoughMatches = 15;                    // in a pair; as many as the matcher asks for
+constexpr double kMostStand = 0.5, kManyStand = 0.2;  // share of a pair's matches
 constexpr float kStillShare = 0.002f, kLeastStillPx = 1.5f;
 
 struct Count {
   int all = 0, still = 0;
   bool IsEnough() const { return all >= kEnoughMatches; }
-  bool IsStill() const { return IsEnough() && 2 * still >= all; }
+  bool IsStill(double share) const { return still > 0 && IsEnough() && double(still) >= share * double(all); }
 };
 
 bool IsSet(const std::vector<bool>& flags, int i) {
@@ -53,9 +54,9 @@ Stillness MeasureStillness(const FeaturePlaces& places, const std::vector<Pictur
       count.still += still;
       if (!in_a) found.matches.push_back({{i, j}, still});
     }
-    if (!found.outside.IsEnough() || found.inside.IsStill()) continue;
+    if (!found.outside.IsEnough() || found.inside.IsStill(kMostStand)) continue;
     ++result.pairs;
-    result.still += found.outside.IsStill();
+    result.still += found.outside.IsStill(inside.empty() ? kManyStand : kMostStand);
     for (const auto& [match, still] : found.matches) {
       moves[pair.a][std::size_t(match.first)] += still ? 1 : -1;
       moves[pair.b][std::size_t(match.second)] += still ? 1 : -1;

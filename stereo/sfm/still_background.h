@@ -13,8 +13,8 @@ using FeatureFlags = std::map<std::string, std::vector<bool>>;
 
 // How many pairs of pictures show that something stands still in the picture while the object turns: the room
 // behind a turntable, a label on the lens. A pair tells if it has at least 15 matches outside of the masks
-// (both ends; everywhere without masks); it stands still if at least half of these stay within 0.2 % of
-// the picture's longer side (1.5 px at least). Pairs whose matches inside of the masks stand still, too, were
+// (both ends; everywhere without masks); it stands still if at least half of these (a fifth without masks: some are the
+// object's) stay within 0.2 % of the picture's longer side (1.5 px at least). Pairs whose matches inside of the masks stand still, too, were
 // taken from one place and do not tell.
 struct Stillness {
   int pairs = 0, still = 0;

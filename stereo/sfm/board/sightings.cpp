@@ -15,7 +15,8 @@ namespace {
 
 constexpr std::size_t kLeastMarkers = 4, kLeastCorners = 4;  // of a view that counts
 constexpr std::size_t kLeastTwice = 3;  // markers that a view shows twice, where there are two boards
-constexpr std::size_t kMirrorTrials = 6;
+constexpr std::size_t kMirrorTrials = 3;
+constexpr std::size_t kViewsAskedFirst = 5;  // views, where no board was asked for: most sets have none
 
 // What one view shows of each candidate.
 struct ViewLook {
@@ -63,6 +64,47 @@ std::vector<std::string> ViewsWithTwoBoards(const std::vector<ViewLook>& looks,
                                           [&](int id) { return HasMarker(board, id); })) >= kLeastTwice)
       names.push_back(views[i].name);
   return names;
+}
+
+// Looks at the views at these places of the list.
+void LookAtViews(const std::filesystem::path& folder, const std::vector<ListedView>& views,
+                 const std::vector<Board>& candidates, const std::vector<std::size_t>& which,
+                 std::vector<ViewLook>& looks, Progress& progress) {
+  progress.Begin("looking for a board", which.size());
+  ParallelFor(0, int(which.size()), [&](int k) {
+    progress.Check();
+    const std::size_t i = which[std::size_t(k)];
+    looks[i] = LookAtView(ReadS0(folder, views[i]), candidates);
+    progress.Advance();
+  });
+  progress.End();
+}
+
+// Evenly spread over all of `count` views.
+std::vector<bool> ViewsAskedFirst(std::size_t count, BoardChoice::Way way) {
+  std::vector<bool> first(count, way == BoardChoice::Way::kYes || count <= kViewsAskedFirst);
+  for (std::size_t k = 0; k < std::min(count, kViewsAskedFirst); ++k)
+    first[k * count / kViewsAskedFirst] = true;
+  return first;
+}
+
+std::vector<std::size_t> PlacesOf(const std::vector<bool>& flags, bool value) {
+  std::vector<std::size_t> places;
+  for (std::size_t i = 0; i < flags.size(); ++i)
+    if (flags[i] == value) places.push_back(i);
+  return places;
+}
+
+// Looks at all views; where no board was asked for, at the rest only if some of the first show a marker.
+std::vector<ViewLook> LookAtAll(const std::filesystem::path& folder, const std::vector<ListedView>& views,
+                                const std::vector<Board>& candidates, BoardChoice::Way way,
+                                Progress& progress) {
+  std::vector<ViewLook> looks(views.size(), {{}, std::vector<std::vector<SeenCorner>>(candidates.size())});
+  const std::vector<bool> first = ViewsAskedFirst(views.size(), way);
+  LookAtViews(folder, views, candidates, PlacesOf(first, true), looks, progress);
+  if (std::ranges::any_of(looks, [](const ViewLook& look) { return !look.seen.markers.empty(); }))
+    LookAtViews(folder, views, candidates, PlacesOf(first, false), looks, progress);
+  return looks;
 }
 
 // Whether a mirror would show a board in some of the views.
@@ -115,15 +157,7 @@ BoardSightings LookForBoard(const std::filesystem::path& folder, const std::vect
   BoardSightings found;
   if (choice.way == BoardChoice::Way::kNo) return found;
   const std::vector<Board> candidates = choice.board ? std::vector<Board>{*choice.board} : StandardBoards();
-  std::vector<ViewLook> looks(views.size());
-  progress.Begin("looking for a board", views.size());
-  ParallelFor(0, int(views.size()), [&](int i) {
-    progress.Check();
-    looks[std::size_t(i)] = LookAtView(ReadS0(folder, views[std::size_t(i)]), candidates);
-    progress.Advance();
-  });
-  progress.End();
-
+  const std::vector<ViewLook> looks = LookAtAll(folder, views, candidates, choice.way, progress);
   const auto best = std::ranges::max_element(
       candidates, {}, [&](const Board& board) { return CountViewsWith(looks, board); });
   const std::vector<std::string> two = ViewsWithTwoBoards(looks, views, *best);
@@ -139,9 +173,9 @@ BoardSightings LookForBoard(const std::filesystem::path& folder, const std::vect
   found.board = *best;
   if (choice.square_mm > 0) found.board->square_mm = choice.square_mm;
   for (std::size_t i = 0; i < views.size(); ++i)
-    if (auto& corners = looks[i].corners[std::size_t(best - candidates.begin())];
+    if (const auto& corners = looks[i].corners[std::size_t(best - candidates.begin())];
         corners.size() >= kLeastCorners)
-      found.views.push_back({views[i].name, std::move(corners)});
+      found.views.push_back({views[i].name, corners});
   if (found.views.size() < 2)
     found.problem = fmt::format("the board {} is seen well in {} only; two views at least must show it",
                                 best->name, found.views.empty() ? "no view" : "view " + found.views[0].view);

@@ -36,7 +36,8 @@ struct BoardSightings {
 };
 
 // Looks for the chosen board in S0 of all views, which lie in `folder`. Views that show fewer than four
-// markers or corners of it do not count. Of two boards the one that more views show is taken.
+// markers or corners of it do not count. Of two boards the one that more views show is taken. Where none was asked for, five views spread over
+// all are looked at first, and the others only if one of these shows a marker.
 BoardSightings LookForBoard(const std::filesystem::path& folder, const std::vector<ListedView>& views,
                             const BoardChoice& choice, Progress& progress);
 

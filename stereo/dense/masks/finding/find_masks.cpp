@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/dense/masks/find_masks.h"
+#include "stereo/dense/masks/finding/find_masks.h"
 
 #include <fmt/format.h>
 
@@ -11,9 +11,11 @@
 #include "core/formats/image_io.h"
 #include "core/parallel.h"
 #include "core/statistics.h"
+#include "stereo/dense/masks/finding/plain_background.h"
+#include "stereo/dense/masks/finding/still_background.h"
+#include "stereo/dense/masks/finding/still_views.h"
 #include "stereo/dense/masks/mask_fit.h"
 #include "stereo/dense/masks/outline_steps.h"
-#include "stereo/dense/masks/plain_background.h"
 #include "stereo/dense/sources_and_depths.h"
 
 namespace polarscan {
@@ -21,19 +23,19 @@ namespace {
 
 constexpr double kPlainViews = 0.9;  // share that must have a plain background
 constexpr double kMostLost = 0.03;   // share of the masks' pixels that may see no place that the others allow
-constexpr double kFaintStep = 0.25;  // of the usual step at an outline: no border can be seen
-constexpr double kMostFaint = 0.08;  // share of the outlines that may be so
-constexpr int kOutlinePlaces = 400;  // of an outline
-constexpr std::size_t kFewestViews = 4;  // masks that can tell
-constexpr std::size_t kAskedFirst = 5;   // views that are asked first: most sets have no plain background
+constexpr double kMostLostBeforeStill = 0.15;  // where what no view shows free counts as object
+constexpr double kFaintStep = 0.25;            // of the usual step at an outline: no border can be seen
+constexpr double kMostFaint = 0.08;            // share of the outlines that may be so
+constexpr int kOutlinePlaces = 400;            // of an outline
+constexpr std::size_t kFewestViews = 4;        // masks that can tell
+constexpr std::size_t kAskedFirst = 5;  // views that are asked first: most sets have no plain background
 
 void RemoveMasks(const Workspace& workspace) {
   for (int i = 0; i < int(workspace.views.size()); ++i) std::filesystem::remove(workspace.MaskPath(i));
 }
 
 // Share of a mask's outline where the light changes little: what is as dark as the background ends there.
-double FaintShare(const StokesImage& light, const Image<std::uint8_t>& mask) {
-  const LightSteps steps(light);
+double FaintShare(const LightSteps& steps, const Image<std::uint8_t>& mask) {
   std::vector<double> at_outline;
   for (const OutlinePlace& place : OutlinePlaces(mask, kOutlinePlaces, 2 * kStepAround))
     at_outline.push_back(StepAround(steps, place));
@@ -45,12 +47,12 @@ double FaintShare(const StokesImage& light, const Image<std::uint8_t>& mask) {
 }
 
 // The share of its outline that is faint; none: there is no mask.
-std::optional<double> MakeMask(const Workspace& workspace, int view) {
+std::optional<double> MakePlainMask(const Workspace& workspace, int view) {
   const StokesImage light = ReadViewLight(workspace, view);
   const auto mask = ObjectBeforePlainBackground(light);
   if (!mask) return std::nullopt;
   WritePng(workspace.MaskPath(view), *mask);
-  return FaintShare(light, *mask);
+  return FaintShare(LightSteps(light), *mask);
 }
 
 // Of some views, spread over all, how many get a mask.
@@ -74,7 +76,7 @@ double MeanLost(const Workspace& workspace, Progress& progress) {
 
 // What speaks against the masks that were made; empty: nothing.
 std::string WhyNot(const Workspace& workspace, const std::vector<std::optional<double>>& faint,
-                   Progress& progress) {
+                   double most_lost, Progress& progress) {
   std::vector<double> shares;
   for (const auto& share : faint)
     if (share) shares.push_back(*share);
@@ -84,7 +86,7 @@ std::string WhyNot(const Workspace& workspace, const std::vector<std::optional<d
       mean > kMostFaint)
     return fmt::format(
         "{:.0f} % of the object's outline cannot be told from it (is a side of it in the dark?)", 100 * mean);
-  if (const double lost = MeanLost(workspace, progress); lost > kMostLost)
+  if (const double lost = MeanLost(workspace, progress); lost > most_lost)
     return fmt::format(
         "what stands out of it is not one object: {:.0f} % of it sees no place that the other views "
         "allow",
@@ -92,36 +94,79 @@ std::string WhyNot(const Workspace& workspace, const std::vector<std::optional<d
   return "";
 }
 
+using FaintShares = std::vector<std::optional<double>>;  // of each view; none: it has no mask
+
+FaintShares MakePlainMasks(const Workspace& workspace, Progress& progress) {
+  const std::size_t count = workspace.views.size();
+  FaintShares faint(count);
+  progress.Begin("masks", count);
+  ParallelFor(0, int(count), [&](int i) {
+    progress.Check();
+    faint[std::size_t(i)] = MakePlainMask(workspace, i);
+    progress.Advance();
+  });
+  return faint;
+}
+
+FaintShares MakeStillMasks(const Workspace& workspace, const std::vector<std::vector<int>>& groups,
+                           Progress& progress) {
+  FaintShares faint(workspace.views.size());
+  for (const std::vector<int>& group : groups) {
+    const StillBackground background(workspace, group, progress);
+    progress.Begin("masks", group.size());
+    ParallelFor(0, int(group.size()), [&](int k) {
+      progress.Check();
+      const int view = group[std::size_t(k)];
+      StokesImage difference;
+      const auto mask = background.ObjectIn(ReadViewLight(workspace, view), &difference);
+      WritePng(workspace.MaskPath(view), mask);
+      faint[std::size_t(view)] = FaintShare(LightSteps(difference), mask);
+      progress.Advance();
+    });
+  }
+  return faint;
+}
+
 }  // namespace
 
 FoundMasks FindMasks(const SparseModel& model, Workspace& workspace, Progress& progress) {
   const std::size_t count = workspace.views.size();
-  if (count < kFewestViews || !LooksPlain(workspace, progress)) return {};
-  std::vector<std::optional<double>> faint(count);
-  progress.Begin("masks", count);
-  ParallelFor(0, int(count), [&](int i) {
-    progress.Check();
-    faint[std::size_t(i)] = MakeMask(workspace, i);
-    progress.Advance();
-  });
+  if (count < kFewestViews) return {};
+  FoundMasks found;
+  std::vector<std::optional<double>> faint;
+  if (LooksPlain(workspace, progress)) {
+    found.background = FoundMasks::kPlain;
+    faint = MakePlainMasks(workspace, progress);
+  } else if (const auto groups = GroupsBeforeOneBackground(workspace, progress); !groups.empty()) {
+    found.background = FoundMasks::kStill;
+    faint = MakeStillMasks(workspace, groups, progress);
+  } else {
+    return {};
+  }
   const std::vector<DenseView> before = workspace.views;
   SetDepthRanges(model, workspace, progress);
-  std::string why_not = WhyNot(workspace, faint, progress);
-  if (why_not.empty())
-    return {std::size_t(std::ranges::count_if(faint, [](auto f) { return f.has_value(); })), ""};
-  RemoveMasks(workspace);
-  workspace.views = before;
-  return {0, std::move(why_not)};
+  found.why_not = WhyNot(workspace, faint,
+                         found.background == FoundMasks::kStill ? kMostLostBeforeStill : kMostLost, progress);
+  if (found.why_not.empty()) {
+    found.views = std::size_t(std::ranges::count_if(faint, [](auto f) { return f.has_value(); }));
+  } else {
+    RemoveMasks(workspace);
+    workspace.views = before;
+  }
+  return found;
 }
 
 std::string FoundMasksWords(const FoundMasks& found) {
+  const bool plain = found.background == FoundMasks::kPlain;
   if (found.views > 0)
     return fmt::format(
-        "no masks were given, and the background is plain: masks were made of what stands out of it in "
-        "{} pictures (--no-find-masks does without)",
-        found.views);
+        "no masks were given, and the background {}: masks were made of what {} in {} pictures "
+        "(--no-find-masks does "
+        "without)",
+        plain ? "is plain" : "stands still", plain ? "stands out of it" : "moves before it", found.views);
   if (found.why_not.empty()) return "";
-  return "the background looks plain, but no masks were made of it: " + found.why_not;
+  return fmt::format("the background {}, but no masks were made of it: {}",
+                     plain ? "looks plain" : "seems to stand still", found.why_not);
 }
 
 }  // namespace polarscan

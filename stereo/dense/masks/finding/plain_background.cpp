@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/dense/masks/plain_background.h"
+#include "stereo/dense/masks/finding/plain_background.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/statistics.h"
+#include "stereo/dense/masks/finding/specks.h"
 #include "stereo/dense/masks/outline_cut.h"
 
 namespace polarscan {
@@ -23,7 +24,6 @@ constexpr double kMostDeviation = 0.03;    // of it: more is no plain background
 constexpr double kPlainShare = 0.8;        // share of the border that must be
 constexpr double kLikely = 5;              // deviations
 constexpr int kFits = 5;                   // to what the last one explains
-constexpr double kSpeckShare = 0.02;       // of the object's size: smaller parts and holes are none
 constexpr double kCutPx = 3;               // how far the outline may move to a step of the light
 constexpr double kLeastObject = 5e-4, kMostObject = 0.9;  // of the picture
 
@@ -100,24 +100,6 @@ struct BorderFit {
   }
 };
 
-// Sets the connected parts with the value `of` that are smaller than `least` pixels to the other value.
-void DropSmall(cv::Mat& mask, int of, double least) {
-  cv::Mat labels, sizes, centres;
-  const int count = cv::connectedComponentsWithStats(mask == of, labels, sizes, centres, 4);
-  for (int y = 0; y < mask.rows; ++y)
-    for (int x = 0; x < mask.cols; ++x) {
-      const int label = labels.at<int>(y, x);
-      if (label > 0 && label < count && sizes.at<int>(label, cv::CC_STAT_AREA) < least)
-        mask.at<std::uint8_t>(y, x) = std::uint8_t(255 - of);
-    }
-}
-
-Image<std::uint8_t> ToImage(const cv::Mat& mask) {
-  Image<std::uint8_t> image(mask.cols, mask.rows);
-  for (int y = 0; y < mask.rows; ++y) std::copy_n(mask.ptr<std::uint8_t>(y), mask.cols, image.row(y));
-  return image;
-}
-
 }  // namespace
 
 std::optional<Image<std::uint8_t>> ObjectBeforePlainBackground(const StokesImage& light) {
@@ -129,14 +111,13 @@ std::optional<Image<std::uint8_t>> ObjectBeforePlainBackground(const StokesImage
   const std::vector<cv::Point> border = Border(width, height);
   for (std::size_t i = 0; i < 3; ++i) fit.backgrounds[i] = FitBackground(fit.planes[i], border);
   if (!fit.IsPlain(border)) return std::nullopt;
-  cv::Mat mask(height, width, CV_8U);
+  Image<std::uint8_t> mask(width, height);
   for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) mask.at<std::uint8_t>(y, x) = fit.StandsOut(x, y) ? 255 : 0;
-  const double object = cv::countNonZero(mask);
+    for (int x = 0; x < width; ++x) mask(x, y) = fit.StandsOut(x, y) ? 255 : 0;
+  const auto object = double(std::ranges::count(mask.pixels(), 255));
   if (object < kLeastObject * width * height || object > kMostObject * width * height) return std::nullopt;
-  DropSmall(mask, 0, kSpeckShare * kSpeckShare * object);
-  DropSmall(mask, 255, kSpeckShare * kSpeckShare * object);
-  return CutAlongSteps(LightSteps(light), SignedDistance(ToImage(mask)), kCutPx);
+  DropSpecks(mask);
+  return CutAlongSteps(LightSteps(light), SignedDistance(mask), kCutPx);
 }
 
 }  // namespace polarscan
