@@ -38,7 +38,7 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "colmap, bash-completion")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libpolarscan-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_DESCRIPTION "Headers, static libraries and the files for find_package(polarscan).")
-set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libeigen3-dev, libtbb-dev, libopencv-imgcodecs-dev, libopencv-imgproc-dev, libopencv-contrib-dev, \
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libeigen3-dev, libtbb-dev, libopencv-imgcodecs-dev, libopencv-imgproc-dev, libopencv-calib3d-dev, libopencv-contrib-dev, \
 libtiff-dev, libopenexr-dev, libembree-dev, libnanoflann-dev, libmeshoptimizer-dev, libaravis-dev, libusb-1.0-0-dev, libxxhash-dev, libhwy-dev, \
 libsqlite3-dev, libceres-dev, libfmt-dev, nlohmann-json3-dev")
 set(CPACK_COMPONENT_UNSPECIFIED_GROUP program)

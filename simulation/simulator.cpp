@@ -101,6 +101,7 @@ OptionTable SceneTable(SceneOptions& scene) {
       {"ior", &scene.ior, "index of refraction of the object", "", 1.05, 3},
       {"light", &scene.light, "surroundings that light the scene", "", -1e300, 1e300, EnvironmentNames()},
       {"table", &scene.table, "stand the object on a printed table, from which poses can be found"},
+      {"print", &scene.print, "the table's print; without it the table is plain, and so are the blocks"},
       {"blocks", &scene.blocks,
        "printed blocks on the table; without them structure from motion sees a mere plane"},
       {"room", &scene.room, "a printed wall far behind the scene, all around"},

@@ -17,6 +17,7 @@ constexpr int kPrintSize = 2048, kCoarseFactor = 16;
 constexpr double kSheetPixelsPerMm = 8;
 constexpr float kInk = 0.04f, kPaper = 0.60f;            // reflectance of the board
 constexpr double kRoomTile_rad = 0.7, kRoomLight = 0.9;  // a print's width; radiance where it is white
+constexpr float kPlainTable = 0.25f;                     // reflectance of a table without a print
 constexpr double kDimFloor = 0.03;                       // radiance behind the scene where there is no room
 constexpr double kSink = 0.003;  // how deep the object stands in the table, so that no light leaks under it
 
@@ -172,7 +173,8 @@ Scene MakeScene(const SceneOptions& options, const Progress& progress) {
   for (const Eigen::Vector3d& v : scene.object.vertices) lowest = std::min(lowest, v.y());
   scene.table_height = lowest + kSink;
   if (options.table) {
-    scene.print = MakePrint(kPrintSize, options.seed + 2, progress);
+    scene.print = options.print ? MakePrint(kPrintSize, options.seed + 2, progress)
+                                : Image<float>(kPrintSize, kPrintSize, kPlainTable);
     if (options.board) scene.sheet = MakeSheet(StandardBoards()[0]);
     scene.coarse_print =
         Shrink(options.board ? WithSheet(scene.print, scene.sheet, scene.table_half_size) : scene.print,

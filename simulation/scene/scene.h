@@ -58,7 +58,7 @@ struct SceneOptions {
   std::string texture = "weak";  // none, weak, strong
   std::string light = "studio";
   double albedo = 0.28, roughness = 0.15, ior = 1.5;
-  bool table = true, blocks = true, board = false, room = false;
+  bool table = true, blocks = true, board = false, room = false, print = true;
   std::uint64_t seed = 0;  // of the textures
 };
 

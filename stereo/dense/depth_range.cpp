@@ -83,9 +83,13 @@ CoarseMask Coarsen(const Image<std::uint8_t>& mask, int longest_side) {
 
 std::optional<DepthRange> RangeFromPoints(const DenseView& view, int index,
                                           const std::vector<ScenePoint>& points) {
-  std::vector<double> depths;
-  for (const ScenePoint& point : points)
-    if (std::ranges::binary_search(point.views, index)) depths.push_back(Depth(view, point.position));
+  std::vector<double> depths, in_picture;
+  for (const ScenePoint& point : points) {
+    const Eigen::Vector3d local = view.cam_from_world * point.position;
+    if (std::ranges::binary_search(point.views, index)) depths.push_back(local.z());
+    if (view.camera.Sees(local)) in_picture.push_back(local.z());
+  }
+  if (depths.size() < kEnoughPoints) depths = std::move(in_picture);
   if (depths.size() < kEnoughPoints) return {};
   const DepthRange range = Percentiles(depths, 0.01, 0.99);
   return DepthRange{range.min * 0.75, range.max * 1.25};

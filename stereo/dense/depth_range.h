@@ -20,7 +20,8 @@ struct CoarseMask {
 };
 CoarseMask Coarsen(const Image<std::uint8_t>& mask, int longest_side = 400);
 
-// As COLMAP: 1st and 99th percentile of the view's points, times 0.75 and 1.25. None with few points.
+// As COLMAP: 1st and 99th percentile of the view's points, times 0.75 and 1.25; where these are few, of those that lie in
+// its picture. None with few points.
 std::optional<DepthRange> RangeFromPoints(const DenseView& view, int index,
                                           const std::vector<ScenePoint>& points);
 

@@ -28,6 +28,9 @@ constexpr const char* kStillCures =
     "all pictures are from one place. Give masks of the object (masks/NAME.png; with --sfm-masks yes only "
     "features inside of them count), cover the background with something plain, or move the camera instead "
     "of the object";
+constexpr const char* kBoardCures =
+    "Show more of the board in these pictures, sharp and lit; --poses-from features takes the pictures' "
+    "features instead";
 constexpr double kLeastParallaxPx = 2;
 constexpr double kWidestDeg = 165;  // that a pinhole camera could see at all
 constexpr int kEnoughWithOne = 60;  // with one view: the mapper asks for 30 of them that it has points for
@@ -79,6 +82,8 @@ std::vector<std::string> PieceWords(std::vector<std::string>& missing, const std
 // Why each of the views is missing: "no features in a, b; no match with any other view for c; ...".
 std::string Causes(std::vector<std::string> missing, const SparseModel& model,
                    const std::vector<ListedView>& views, const Evidence& evidence) {
+  if (evidence.by_board && !missing.empty())
+    return "fewer than eight corners of the board in " + EnumerateRuns(missing, views);
   const std::set<std::string> placed = PicturesOf(model);
   std::vector<std::string> parts = PieceWords(missing, placed, views, evidence);
   std::set<std::string> all;  // where nothing is placed, matches with any view count
@@ -195,9 +200,10 @@ void CheckEstimatedPoses(const SparseModel& model, const std::vector<ListedView>
   const std::size_t registered = views.size() - missing.size();
   const double share = double(registered) / double(views.size());
   const std::string causes = Causes(missing, model, views, evidence);
-  const char* cures = evidence.still_background ? kStillCures
-                      : evidence.pieces.empty() ? kCures
-                                                : kPieceCures;
+  const char* cures = evidence.by_board           ? kBoardCures
+                      : evidence.still_background ? kStillCures
+                      : evidence.pieces.empty()   ? kCures
+                                                  : kPieceCures;
   if (share < smallest_share || registered < 2)
     throw Error(fmt::format("only {} of {} views could be placed ({})", registered, views.size(), causes),
                 log, cures);

@@ -30,6 +30,7 @@ struct Evidence {
   std::map<std::string, DatabaseImage> images{};   // COLMAP's, by the pictures' names
   std::vector<std::vector<std::string>> pieces{};  // pictures that are in another of COLMAP's models only
   bool masked = false;                             // features outside of the masks were left out
+  bool by_board = false;                           // poses are by the board alone
   bool still_background = false;                   // most pairs match in what stands still in the picture
 };
 

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <functional>
 #include <numbers>
 #include <set>
 
@@ -10,9 +11,11 @@
 #include "core/files/files.h"
 #include "stereo/sfm/adjust_poses.h"
 #include "stereo/sfm/board/board_scale.h"
+#include "stereo/sfm/board/poses_by_board.h"
 #include "stereo/sfm/check_poses.h"
 #include "stereo/sfm/colmap/mapping.h"
-#include "stereo/sfm/feature_masks.h"
+#include "stereo/sfm/features/feature_masks.h"
+#include "stereo/sfm/features/poses_by_features.h"
 #include "stereo/sfm/known_poses.h"
 #include "stereo/sfm/model/camera_models.h"
 #include "stereo/sfm/scene_points.h"
@@ -21,10 +24,9 @@ namespace polarscan {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr std::size_t kExhaustiveLimit = 40;  // pictures: 780 pairs
-constexpr double kLoosePx = 16;  // error of a point that is kept while poses are only nearly right
-constexpr double kTightPx = 4;   // and in the end: COLMAP's own limit
-constexpr int kSmallPart = 3;    // pictures that make a model of their own in the end
+constexpr double kLoosePx = 16;           // error of a point that is kept while poses are only nearly right
+constexpr std::size_t kManyCorners = 12;  // of a board in each view: enough for its pose
+constexpr double kTightPx = 4;            // and in the end: COLMAP's own limit
 
 // With known poses.
 bool NeedsColmap(const SfmOptions& options) { return options.triangulate || options.bundle_adjustment; }
@@ -83,145 +85,6 @@ void WriteResult(const fs::path& folder, const std::string& hash, const SparseMo
   WriteJson(folder / "result.json", result);
 }
 
-// Images of other names than ours cannot come from our database.
-void CheckNames(const std::vector<SparseModel>& models, const std::vector<ListedView>& views,
-                const fs::path& where) {
-  std::set<std::string> ours;
-  for (const ListedView& view : views) ours.insert(view.PictureName());
-  for (const SparseModel& model : models)
-    for (const auto& [id, image] : model.images)
-      if (!ours.contains(image.name))
-        throw Error(fmt::format("COLMAP's model names a picture that it was not given: {}", image.name),
-                    where.string(), "Remove this folder and run the same command again");
-}
-
-// Of each model but the first the pictures that are not in the first, where they are two at least.
-std::vector<std::vector<std::string>> PiecesOf(const std::vector<SparseModel>& models) {
-  std::vector<std::vector<std::string>> pieces;
-  std::set<std::string> placed;
-  for (std::size_t i = 0; i < models.size(); ++i) {
-    std::vector<std::string> piece;
-    for (const auto& [id, image] : models[i].images)
-      if (i == 0 || !placed.contains(image.name)) piece.push_back(image.name);
-    if (i == 0)
-      placed = {piece.begin(), piece.end()};
-    else if (piece.size() > 1)
-      pieces.push_back(std::move(piece));
-  }
-  return pieces;
-}
-
-// On a scene that is mostly a plane the mapper can settle in a wrong focal length: points then miss their
-// features. Another start finds the right one.
-std::vector<SparseModel> TryOtherFocalLengths(const Mapping& m, std::vector<SparseModel> found) {
-  const auto doubtful = [](const SparseModel& model) { return MeanError(model) > kDoubtfulError; };
-  if (m.options.focal_px > 0) return found;
-  for (const MappingAttempt& attempt : {MappingAttempt{"long-lens", 2.4}, MappingAttempt{"wide-lens", 0.7}}) {
-    if (found.empty() || !doubtful(found[0])) break;
-    m.progress.Info(fmt::format("the points miss their features by {:.1f} px; another attempt with a {}",
-                                MeanError(found[0]),
-                                attempt.focal_factor > 1 ? "longer lens" : "wider lens"));
-    std::vector<SparseModel> models = MapViews(m, attempt);
-    if (models.empty()) continue;
-    const bool as_many = models[0].images.size() >= found[0].images.size();
-    if (!models[0].images.empty() && !doubtful(models[0]) && as_many) found = std::move(models);
-  }
-  return found;
-}
-
-bool IsSound(const Mapping& m, const std::vector<SparseModel>& found) {
-  const SparseModel best = BestOf(found);
-  return RegisteredShare(best, m.views) >= kGoodShare && HasMoved(best);
-}
-
-// The last resort where the pictures have masks: hands and the like move against the object, but do not stand
-// still. Taken if it places more views, or if the cameras had hardly moved.
-void TryInsideMasks(const Mapping& m, const std::string& matcher, std::vector<SparseModel>& found,
-                    Evidence& evidence) {
-  if (m.options.masks != "auto" || IsSound(m, found) || !DropFeaturesOutsideOfMasks(m)) return;
-  m.progress.Info(fmt::format("{} of {} views placed; another attempt with features inside of the masks only",
-                              BestOf(found).images.size(), m.views.size()));
-  try {
-    MatchFeatures(m, matcher);
-  } catch (const Error&) {  // there are no matches inside of the masks
-    return;
-  }
-  std::vector<SparseModel> models = MapViews(m, {"inside-masks"});
-  const std::size_t before = HasMoved(BestOf(found)) ? BestOf(found).images.size() : 0;
-  if (BestOf(models).images.size() <= before || !HasMoved(BestOf(models))) return;
-  found = std::move(models);
-  evidence = {.images = ReadDatabase(m), .masked = true};
-}
-
-// How many of the views are in none of the models.
-std::size_t CountUnplaced(const std::vector<SparseModel>& models, const std::vector<ListedView>& views) {
-  std::set<std::string> placed;
-  for (const SparseModel& model : models)
-    for (const auto& [id, image] : model.images) placed.insert(image.name);
-  return views.size() - placed.size();
-}
-
-// The pictures of the largest part that hangs together by pairs with as many matches as COLMAP needs to place
-// one picture by another.
-std::size_t LargestPart(const std::map<std::string, DatabaseImage>& images) {
-  constexpr int kEnough = 30;
-  std::set<std::string> reached;
-  std::size_t largest = 0;
-  for (const auto& [first, unused] : images) {
-    std::vector<std::string> part;
-    if (reached.insert(first).second) part.push_back(first);
-    for (std::size_t i = 0; i < part.size(); ++i)
-      for (const auto& [partner, matches] : images.at(part[i]).partners)
-        if (matches >= kEnough && images.contains(partner) && reached.insert(partner).second)
-          part.push_back(partner);
-    largest = std::max(largest, part.size());
-  }
-  return largest;
-}
-
-// The least size of a model in the first attempts: COLMAP makes smaller ones again and again and throws them
-// away, which where all parts are small takes long and leaves nothing.
-int LeastPart(const Mapping& m) {
-  const int usual = MappingAttempt().least;
-  return LargestPart(ReadDatabase(m)) < std::min(std::size_t(usual), m.views.size()) ? kSmallPart : usual;
-}
-
-// Tries what costs little first: as asked; then all pairs, if only neighbours were matched; then lower
-// thresholds; then small parts too; then only what is inside of masks; then other focal lengths.
-SparseModel EstimateByColmap(const Mapping& m, Evidence& evidence) {
-  ExtractFeatures(m);
-  const bool automatic = m.options.matcher == "auto";
-  const bool few = m.views.size() <= kExhaustiveLimit;
-  std::string matcher = !automatic ? m.options.matcher : few ? "exhaustive" : "sequential";
-  MatchMaskedFeatures(m, matcher);
-  int least = LeastPart(m);
-  std::vector<SparseModel> found = MapViews(m, {.name = "first", .least = least});
-  const auto is_good = [&] { return RegisteredShare(BestOf(found), m.views) >= kGoodShare; };
-  const auto improve = [&](const MappingAttempt& attempt) {
-    m.progress.Info(
-        fmt::format("{} of {} views placed; another attempt", BestOf(found).images.size(), m.views.size()));
-    std::vector<SparseModel> models = MapViews(m, attempt);
-    const std::size_t before = HasMoved(BestOf(found)) ? BestOf(found).images.size() : 0;
-    if (HasMoved(BestOf(models)) && BestOf(models).images.size() > before) std::swap(found, models);
-    found.insert(found.end(), models.begin(), models.end());  // they tell what hangs together
-  };
-  if (!IsSound(m, found) && automatic && !few) {
-    MatchMaskedFeatures(m, matcher = "exhaustive");
-    least = LeastPart(m);
-    improve({.name = "all-pairs", .least = least});
-  }
-  if (!is_good()) improve({.name = "lenient", .lenient = true, .least = least});
-  if (!is_good() && least > kSmallPart && CountUnplaced(found, m.views) >= std::size_t(kSmallPart))
-    improve({.name = "parts", .least = kSmallPart});
-  evidence = {.images = ReadDatabase(m), .masked = m.options.masks == "yes"};
-  if (!IsSound(m, found)) evidence.still_background = MeasureVerifiedStillness(m).IsBackground();
-  TryInsideMasks(m, matcher, found, evidence);
-  found = TryOtherFocalLengths(m, std::move(found));
-  CheckNames(found, m.views, m.folder / "models");
-  evidence.pieces = PiecesOf(found);
-  return BestOf(found);
-}
-
 // Known poses made to fit the pictures: points that fit the poses only nearly, then both together.
 SparseModel AdjustKnownPoses(const Mapping& m, const SparseModel& known) {
   SparseModel model = TriangulatePoints(m, known, kLoosePx);
@@ -247,6 +110,55 @@ SparseModel Triangulate(const Mapping& m, const SparseModel& known) {
   if (model.images.size() == known.images.size()) return model;
   m.progress.Warn("COLMAP could not triangulate points; the depth ranges come from cameras and masks");
   return known;
+}
+
+// Where the board alone is asked for, or shows well in all views: then features add little.
+std::optional<SparseModel> PosesByBoardAlone(const std::vector<ListedView>& views,
+                                             const BoardSightings& board, const SfmOptions& options,
+                                             const fs::path& where, Progress& progress) {
+  if (options.poses_from == "features") return {};
+  auto model = PosesByBoard(views, board, options, progress);
+  if (options.poses_from == "board") {
+    if (model) return model;
+    throw Error(
+        "poses cannot be had from a board alone: three pictures of one size and one camera at least must "
+        "show "
+        "eight of its corners each",
+        where.string(), "Leave out --poses-from board, or take pictures that show more of the board");
+  }
+  if (!model || model->images.size() < views.size() || FewestCorners(board) < kManyCorners ||
+      !HasMoved(*model))
+    return {};
+  progress.Info(
+      fmt::format("poses by the board alone, which shows {} corners or more in each view (--poses-from "
+                  "features takes those of the "
+                  "pictures, too)",
+                  FewestCorners(board)));
+  return model;
+}
+
+// By features, or where these place few views and the board places more, by the board.
+SparseModel FeaturesOrBoard(const std::vector<ListedView>& views, const BoardSightings& board,
+                            const SfmOptions& options, Evidence& evidence, Progress& progress,
+                            const std::function<SparseModel()>& by_features) {
+  SparseModel model;
+  std::optional<SparseModel> by_board;
+  if (options.poses_from == "auto") by_board = PosesByBoard(views, board, options, progress);
+  if (by_board && !HasMoved(*by_board)) by_board.reset();
+  try {
+    model = by_features();
+  } catch (const Error& error) {
+    if (!by_board) throw;
+    progress.Info("no poses by the pictures' features: " + error.happened());
+  }
+  const std::size_t placed = HasMoved(model) ? model.images.size() : 0;
+  if (!by_board || RegisteredShare(model, views) >= kGoodShare || by_board->images.size() <= placed)
+    return model;
+  progress.Info(fmt::format("poses by the board alone: it places {} views, features {}",
+                            by_board->images.size(), placed));
+  evidence = Evidence();
+  evidence.by_board = true;
+  return *by_board;
 }
 
 }  // namespace
@@ -293,6 +205,15 @@ OptionTable Table(SfmOptions& o) {
        "COLUMNSxROWS:SQUARE"},
       {"board-square", &o.board_square_mm,
        "side of its squares as measured after printing; 0: as they were meant", "mm", 0, 1000},
+      {"poses-from",
+       &o.poses_from,
+       "features of the pictures (COLMAP), the board's corners alone, or auto: features, and the board where "
+       "they "
+       "place too few views",
+       "",
+       0,
+       0,
+       {"auto", "features", "board"}},
       {"triangulate", &o.triangulate,
        "with known poses: triangulate sparse points (slower; depth ranges also come from masks)"},
       {"bundle-adjustment", &o.bundle_adjustment,
@@ -320,21 +241,33 @@ SparseModel EstimatePoses(const fs::path& views_folder, const fs::path& sfm_fold
   if (known_model) {
     model = ReadKnownPoses(*known_model, views, progress);
     MoveToLocalFrame(model, progress);
+  } else if (auto alone = PosesByBoardAlone(views, board, options, views_folder, progress)) {
+    model = std::move(*alone);
+    evidence.by_board = true;
   }
-  const Eigen::Vector3d offset = model.offset;
-  if (!known_model || NeedsColmap(options)) {
+  if (!evidence.by_board && (!known_model || NeedsColmap(options))) {
     fs::remove(log);
-    Colmap colmap(options.colmap, log, progress);
-    const Mapping mapping{views,   fs::absolute(views_folder), fs::absolute(sfm_folder), options, colmap,
-                          progress};
-    model = known_model ? Triangulate(mapping, model) : EstimateByColmap(mapping, evidence);
+    const Eigen::Vector3d offset = model.offset;
+    const auto with_colmap = [&](auto&& act) {
+      Colmap colmap(options.colmap, log, progress);
+      return act(
+          Mapping{views, fs::absolute(views_folder), fs::absolute(sfm_folder), options, colmap, progress});
+    };
+    model = known_model
+                ? with_colmap([&](const Mapping& m) { return Triangulate(m, model); })
+                : FeaturesOrBoard(views, board, options, evidence, progress, [&] {
+                    return with_colmap([&](const Mapping& m) { return PosesByFeatures(m, evidence); });
+                  });
     model.offset = offset;  // COLMAP's answer knows of none
   }
   if (known_model)
     CheckKnownPoses(model, known_model->lexically_normal().string(), options.bundle_adjustment, progress);
   else
     CheckEstimatedPoses(model, views, evidence, options.min_registered, log.string(), progress);
-  const LengthUnit unit = TakeUnitOfBoard(model, board, known_model && options.board == "auto", progress);
+  const BoardUse use = !known_model              ? BoardUse::kAdjust
+                       : options.board == "auto" ? BoardUse::kTell
+                                                 : BoardUse::kTake;
+  const LengthUnit unit = TakeUnitOfBoard(model, board, use, progress);
   WriteResult(sfm_folder / "model", hash, model, views.size(), unit);
   return model;
 }

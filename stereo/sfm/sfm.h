@@ -21,7 +21,7 @@ struct SfmOptions {
   int max_image_size = 1600;
   double min_registered = 0.4;
   std::string masks = "auto";
-  std::string board = "auto";
+  std::string board = "auto", poses_from = "auto";
   double board_square_mm = 0;
   bool triangulate = false;
   bool bundle_adjustment = false;

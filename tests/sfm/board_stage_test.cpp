@@ -70,10 +70,11 @@ class BoardStage : public FolderTest {
   Listener progress;
 };
 
-void ExpectInMillimetres(const SparseModel& model, double factor = 1) {
+void ExpectInMillimetres(const SparseModel& model, double factor = 1, double share = 0.001) {
+  EXPECT_EQ(model.images.size(), std::size_t(kBoardViews));
   for (const auto& [id, image] : model.images) {
     const Eigen::Vector3d truth = factor * BoardViewPose(int(id) - 1).Center();
-    EXPECT_LT((image.cam_from_world.Center() - truth).norm(), 0.001 * truth.norm());
+    EXPECT_LT((image.cam_from_world.Center() - truth).norm(), share * truth.norm());
   }
 }
 
@@ -106,8 +107,58 @@ TEST_F(BoardStage, EstimatedPosesTakeIt) {
   colmap.ExtractorWrites({"000.png", "001.png", "002.png", "003.png"}, 1000, kBoardViews);
   colmap.MapperWrites({Model()});
   options.colmap = colmap.program();
+  options.poses_from = "features";
   ExpectInMillimetres(EstimatePoses(folder / "views", folder / "sfm", {}, options, progress));
   EXPECT_EQ(Unit().unit, "mm");
+}
+
+// Features would find poses that are a little off: the corners put them right, and the focal length.
+TEST_F(BoardStage, EstimatedPosesAreMadeToFitTheCorners) {
+  WriteAll();
+  SparseModel off = Model();
+  off.cameras.at(1).params[0] *= 1.004;
+  for (auto& [id, image] : off.images)
+    image.cam_from_world.translation +=
+        0.004 * double(id % 2) * image.cam_from_world.translation.norm() * Eigen::Vector3d(0.3, -0.2, 1);
+  FakeColmap colmap(folder / "fake", "3.8");
+  colmap.ExtractorWrites({"000.png", "001.png", "002.png", "003.png"}, 1000, kBoardViews);
+  colmap.MapperWrites({off});
+  options.colmap = colmap.program();
+  options.poses_from = "features";
+  const SparseModel model = EstimatePoses(folder / "views", folder / "sfm", {}, options, progress);
+  ExpectInMillimetres(model);
+  EXPECT_NEAR(model.cameras.at(1).params[0], ShotLens().pinhole.fx, 0.001 * ShotLens().pinhole.fx);
+}
+
+// The lens's principal point is 2 px off the picture's middle, where it is taken to be: .3 % of the focal length.
+TEST_F(BoardStage, ABoardThatAllViewsShowGivesPosesWithoutFeatures) {
+  WriteAll();
+  options.colmap = "/no/such/colmap";
+  for (const char* from : {"auto", "board"}) {
+    options.poses_from = from;
+    const SparseModel model = EstimatePoses(folder / "views", folder / from, {}, options, progress);
+    ExpectInMillimetres(model, 1, 0.005);
+    EXPECT_NEAR(model.cameras.at(1).params[0], ShotLens().pinhole.fx, 0.004 * ShotLens().pinhole.fx);
+    EXPECT_EQ(UnitOfPoses(folder / from).unit, "mm");
+  }
+}
+
+TEST_F(BoardStage, WhereFeaturesFailTheBoardsViewsArePlaced) {
+  WriteAll();
+  WriteGrey(3);
+  options.colmap = "/no/such/colmap";
+  const SparseModel model = EstimatePoses(folder / "views", folder / "sfm", {}, options, progress);
+  EXPECT_TRUE(progress.HeardInfo("COLMAP is not installed"));
+  EXPECT_EQ(model.images.size(), std::size_t(3));
+  EXPECT_TRUE(progress.Heard("fewer than eight corners of the board in 003"));
+}
+
+TEST_F(BoardStage, PosesByABoardThatIsNotThereAreRefused) {
+  WriteGrey(0);
+  options.poses_from = "board";
+  EXPECT_TRUE(
+      Contains(ErrorOf([&] { EstimatePoses(folder / "views", folder / "sfm", {}, options, progress); }),
+               "poses cannot be had from a board alone"));
 }
 
 TEST_F(BoardStage, AMeasuredSquareCounts) {

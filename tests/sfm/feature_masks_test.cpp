@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What masks do to the features that poses are taken from.
-#include "stereo/sfm/feature_masks.h"
+#include "stereo/sfm/features/feature_masks.h"
 
 #include "core/random.h"
 #include "helpers.h"

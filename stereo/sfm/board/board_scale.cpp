@@ -9,6 +9,7 @@
 #include <set>
 
 #include "core/words.h"
+#include "stereo/sfm/board/adjust_with_board.h"
 #include "stereo/sfm/board/fit_board.h"
 
 namespace polarscan {
@@ -72,10 +73,10 @@ void Transform(SparseModel& model, const Similarity& target_from_world) {
   model.offset.setZero();
 }
 
-LengthUnit TakeUnitOfBoard(SparseModel& model, const BoardSightings& sightings, bool only_tell,
+LengthUnit TakeUnitOfBoard(SparseModel& model, const BoardSightings& sightings, BoardUse use,
                            Progress& progress) {
   if (!sightings.board || !sightings.problem.empty()) return {};
-  const PlacedSightings placed = PlacedOf(model, sightings);
+  PlacedSightings placed = PlacedOf(model, sightings);
   const Board& board = *sightings.board;
   if (placed.cameras.size() < 2) {
     progress.Warn(
@@ -85,22 +86,29 @@ LengthUnit TakeUnitOfBoard(SparseModel& model, const BoardSightings& sightings, 
     return {};
   }
   const double limit_px = std::max(kLimit_px, kLimitShare * placed.longest_px);
-  const auto fit = FitBoard(placed.cameras, placed.observations, limit_px);
+  auto fit = FitBoard(placed.cameras, placed.observations, limit_px);
   if (!fit || fit->inliers < kLeastInliers || fit->scale_sigma > kMostScaleSigma) {
     progress.Warn(DoesNotFit(board, fit, limit_px));
     return {};
   }
+  if (use != BoardUse::kTell) Transform(model, fit->board_from_world);
+  if (use == BoardUse::kAdjust) {
+    SparseModel adjusted = model;
+    AdjustWithBoard(adjusted, sightings, progress);
+    placed = PlacedOf(adjusted, sightings);
+    const auto again = FitBoard(placed.cameras, placed.observations, limit_px);
+    if (again && again->inliers >= fit->inliers) model = std::move(adjusted), fit = again;
+  }
   const std::string how = fmt::format("{} corners in {} views, {:.2f} px rms", placed.corners,
                                       placed.cameras.size(), fit->rms_px);
   const std::string sigma = PercentText(fit->scale_sigma);
-  if (only_tell) {
+  if (use == BoardUse::kTell) {
     progress.Info(
         fmt::format("by the {}, a unit of the given poses is {:.5g} mm to {} ({}); --board yes takes its "
                     "millimetres and its frame",
                     BoardText(board), fit->board_from_world.scale, sigma, how));
     return {};
   }
-  Transform(model, fit->board_from_world);
   progress.Info(
       fmt::format("by the {}, lengths are in mm to {}, 1 sigma, without errors of the print ({}); z "
                   "is up from its middle",

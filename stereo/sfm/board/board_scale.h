@@ -8,10 +8,16 @@
 
 namespace polarscan {
 
+enum class BoardUse {
+  kTell,   // the model stays, and what its unit is is said
+  kTake,   // it is moved, turned and scaled
+  kAdjust  // and made to fit the board's corners (adjust_with_board.h)
+};
+
 // Takes a model to the frame and the millimetres of the board that its views show, and says how well that is
 // known. Where the board does not fit the poses (it moved against what they were taken from) a warning says
-// so, and the model stays. only_tell: the model stays in any case, and what its unit is is said.
-LengthUnit TakeUnitOfBoard(SparseModel& model, const BoardSightings& sightings, bool only_tell,
+// so, and the model stays.
+LengthUnit TakeUnitOfBoard(SparseModel& model, const BoardSightings& sightings, BoardUse use,
                            Progress& progress);
 
 // Moves, turns and scales poses and points; what the offset was counted from is lost, so it becomes 0.

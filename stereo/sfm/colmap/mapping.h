@@ -11,6 +11,9 @@
 
 namespace polarscan {
 
+// Up to so many pictures all pairs are matched by themselves: 780.
+constexpr std::size_t kExhaustiveLimit = 40;
+
 // Structure from motion by COLMAP's programs, step by step. Files in `folder`: database.db, models/.
 struct Mapping {
   const std::vector<ListedView>& views;

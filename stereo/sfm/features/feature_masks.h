@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stereo/sfm/colmap/mapping.h"
-#include "stereo/sfm/still_background.h"
+#include "stereo/sfm/features/still_background.h"
 
 namespace polarscan {
 

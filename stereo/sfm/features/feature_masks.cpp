@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/sfm/feature_masks.h"
+#include "stereo/sfm/features/feature_masks.h"
 
 #include <fmt/format.h>
 

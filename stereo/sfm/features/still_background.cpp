@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/sfm/still_background.h"
+#include "stereo/sfm/features/still_background.h"
 
 #include <algorithm>
 
