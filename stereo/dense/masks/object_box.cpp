@@ -13,7 +13,7 @@ namespace {
 constexpr double kLeftOut = 1.0 / 6;  // share of the views that a bound of the box may contradict
 
 // The rectangle of set pixels: left, top, right, bottom; none: left > right.
-std::array<int, 4> Rectangle(const Image<std::uint8_t>& mask) {
+std::array<int, 4> RectangleAround(const Image<std::uint8_t>& mask) {
   std::array<int, 4> r{mask.width(), mask.height(), -1, -1};
   for (int y = 0; y < mask.height(); ++y)
     for (int x = 0; x < mask.width(); ++x)
@@ -62,7 +62,7 @@ MasksBox BoxOfMasks(const std::vector<DenseView>& views, const MaskOf& mask, Pro
   std::vector<std::array<int, 4>> rectangles(views.size());
   ParallelFor(0, int(views.size()), [&](int i) {
     progress.Check();
-    rectangles[std::size_t(i)] = Rectangle(mask(i));
+    rectangles[std::size_t(i)] = RectangleAround(mask(i));
   });
   std::vector<ObjectBox> boxes;
   for (int i = 0; i < int(views.size()); ++i) {

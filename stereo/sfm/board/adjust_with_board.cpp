@@ -113,18 +113,44 @@ class JointAdjustment {
       Solve();
       FindDeviations();
     }
+    found_.focal_sigma = FocalSigma();
     WriteBack();
     return found_;
   }
 
  private:
-  void Solve() {
-    ceres::Problem problem;
+  void Fill(ceres::Problem& problem, bool features) {
     for (const Sighted& s : sighted_)
-      if (Miss(s) < kMostMiss_px) Add(problem, s);
+      if ((features || s.is_corner) && Miss(s) < kMostMiss_px) Add(problem, s);
     for (auto& [id, camera] : model_.cameras) HoldLens(problem, camera.model, lenses_.at(id).data());
     for (Eigen::Vector3d& corner : corners_)
       if (problem.HasParameterBlock(corner.data())) problem.SetParameterBlockConstant(corner.data());
+  }
+
+  // By the problem's curvature, corners alone: poses and lens may change together.
+  double FocalSigma() {
+    ceres::Problem problem;
+    Fill(problem, false);
+    ceres::Covariance::Options options;
+    options.algorithm_type = ceres::DENSE_SVD;
+    options.null_space_rank = -1;
+    ceres::Covariance covariance(options);
+    std::vector<std::pair<const double*, const double*>> blocks;
+    for (const auto& [id, lens] : lenses_)
+      if (problem.HasParameterBlock(lens.data())) blocks.emplace_back(lens.data(), lens.data());
+    if (blocks.empty() || !covariance.Compute(blocks, &problem)) return 0;
+    double largest = 0;
+    for (const auto& [lens, same] : blocks) {
+      Eigen::Matrix<double, 6, 6, Eigen::RowMajor> of_lens;
+      covariance.GetCovarianceBlock(lens, same, of_lens.data());
+      largest = std::max(largest, std::sqrt(of_lens(0, 0)) / lens[0]);
+    }
+    return largest;
+  }
+
+  void Solve() {
+    ceres::Problem problem;
+    Fill(problem, true);
     ceres::Solver::Options options;
     options.linear_solver_type = poses_.size() <= kDenseViews ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
     options.max_num_iterations = kRoundIterations;

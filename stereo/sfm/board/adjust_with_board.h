@@ -6,9 +6,10 @@
 
 namespace polarscan {
 
-// What an adjustment found: standard deviations of corners and of features, px, on one axis.
+// What an adjustment found: standard deviations of corners and of features, px, on one axis; and of the focal lengths,
+// relative, the largest of all cameras', by the corners alone.
 struct BoardAdjustment {
-  double corner_px = 0, feature_px = 0;
+  double corner_px = 0, feature_px = 0, focal_sigma = 0;
 };
 
 // Bundle adjustment (Triggs et al., 1999) of a model that is in the board's frame: poses, points, and of the lenses

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <set>
@@ -94,10 +95,13 @@ LengthUnit TakeUnitOfBoard(SparseModel& model, const BoardSightings& sightings, 
   if (use != BoardUse::kTell) Transform(model, fit->board_from_world);
   if (use == BoardUse::kAdjust) {
     SparseModel adjusted = model;
-    AdjustWithBoard(adjusted, sightings, progress);
+    const BoardAdjustment found = AdjustWithBoard(adjusted, sightings, progress);
     placed = PlacedOf(adjusted, sightings);
     const auto again = FitBoard(placed.cameras, placed.observations, limit_px);
-    if (again && again->inliers >= fit->inliers) model = std::move(adjusted), fit = again;
+    if (again && again->inliers >= fit->inliers) {
+      model = std::move(adjusted), fit = again;
+      fit->scale_sigma = std::hypot(fit->scale_sigma, found.focal_sigma);
+    }
   }
   const std::string how = fmt::format("{} corners in {} views, {:.2f} px rms", placed.corners,
                                       placed.cameras.size(), fit->rms_px);
