@@ -139,7 +139,7 @@ void JudgeCameras(const SparseModel& model, const std::string& doubt, const std:
 }
 
 // The largest distance of two cameras' centres.
-double Extent(const SparseModel& model) {
+double WidestBaseline(const SparseModel& model) {
   double largest = 0;
   for (const auto& [id, a] : model.images)
     for (const auto& [other, b] : model.images)
@@ -181,7 +181,7 @@ std::optional<double> Parallax(const SparseModel& model) {
       if (depth > 0) depths[track.image_id].push_back(depth);
     }
   std::optional<double> largest;
-  const double extent = Extent(model);
+  const double extent = WidestBaseline(model);
   for (auto& [id, all] : depths) {
     const double focal = ToLens(model.cameras.at(model.images.at(id).camera_id)).pinhole.fx;
     largest = std::max(largest.value_or(0), focal * extent / Median(std::move(all)));
@@ -237,7 +237,7 @@ void CheckKnownPoses(const SparseModel& model, const std::string& where, bool ad
   double farthest = 0;
   for (const auto& [id, image] : model.images)
     farthest = std::max(farthest, (image.cam_from_world.Center() + model.offset).norm());
-  if (Extent(model) <= 1e-12 * farthest)
+  if (WidestBaseline(model) <= 1e-12 * farthest)
     throw Error("all cameras of the known poses stand at one place", where,
                 "Depth needs views from several places. Poses are cam_from_world: the translation is not the "
                 "camera's place, but minus the rotation times it");

@@ -70,6 +70,8 @@ class Layers(unittest.TestCase):
                 seen[path.split('/')[0], name].add(path)
         self.assertGreater(len(seen), 1000)
         self.assertEqual({name: paths for name, paths in seen.items() if len(paths) > 1}, {})
+        functions = {(house, name.split('(')[0]) for house, name in seen if '(' in name}
+        self.assertEqual([name for name in seen if name in functions], [], 'a type or constant, and a function')
         types = {name for path, text in sources(table()) if path.endswith('.h')
                  for name in re.findall(r'^(?:struct|class|enum class|using) (\w+)', text, re.M)}
         self.assertGreater(len(types), 200)

@@ -112,27 +112,30 @@ class BackgroundSearch {
   std::vector<CellFlags> Connected() {
     std::vector<CellFlags> all(views_.size());
     ParallelFor(0, int(views_.size()), [&](int i) {
-      CellFlags still(size_), core, labels_out(size_, std::uint8_t(0));
+      CellFlags alike(size_), core;
       for (int y = 0; y < size_.height; ++y)
         for (int x = 0; x < size_.width; ++x)
-          still(y, x) = noise_.Agree(Light(x, y), At(std::size_t(i), x, y)) ? 255 : 0;
+          alike(y, x) = noise_.Agree(Light(x, y), At(std::size_t(i), x, y)) ? 255 : 0;
       const cv::Mat square = cv::Mat::ones(3, 3, CV_8U);
-      cv::erode(still, core, square, {-1, -1}, 1, cv::BORDER_REPLICATE);
-      cv::Mat_<int> labels;
-      const int count = cv::connectedComponents(core, labels, 4, CV_32S);
-      std::vector<bool> at_border(std::size_t(count), false);
-      for (int y = 0; y < size_.height; ++y)
-        for (int x = 0; x < size_.width; ++x)
-          if (x == 0 || y == 0 || x == size_.width - 1 || y == size_.height - 1)
-            at_border[std::size_t(labels(y, x))] = true;
-      at_border[0] = false;
-      for (int y = 0; y < size_.height; ++y)
-        for (int x = 0; x < size_.width; ++x)
-          labels_out(y, x) = at_border[std::size_t(labels(y, x))] ? 255 : 0;
-      cv::dilate(labels_out, labels_out, square);
-      all[std::size_t(i)] = labels_out & still;
+      cv::erode(alike, core, square, {-1, -1}, 1, cv::BORDER_REPLICATE);
+      KeepAtBorder(core);
+      cv::dilate(core, core, square);
+      all[std::size_t(i)] = core & alike;
     });
     return all;
+  }
+
+  // Leaves the connected parts that touch the picture's border.
+  static void KeepAtBorder(CellFlags& flags) {
+    cv::Mat_<int> parts;
+    std::vector<std::uint8_t> kept(std::size_t(cv::connectedComponents(flags, parts, 4, CV_32S)), 0);
+    for (int y = 0; y < parts.rows; ++y)
+      for (const int x : {0, parts.cols - 1}) kept[std::size_t(parts(y, x))] = 255;
+    for (int x = 0; x < parts.cols; ++x)
+      for (const int y : {0, parts.rows - 1}) kept[std::size_t(parts(y, x))] = 255;
+    kept[0] = 0;  // not set
+    for (int y = 0; y < parts.rows; ++y)
+      for (int x = 0; x < parts.cols; ++x) flags(y, x) = kept[std::size_t(parts(y, x))];
   }
 
   // Takes what views have in common that have background next to a cell that is background in none or few.

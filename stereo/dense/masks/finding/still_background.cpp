@@ -17,6 +17,7 @@ namespace {
 
 constexpr std::size_t kMostAsked = 40;  // views
 constexpr int kCellsAcross = 640;       // of the longer side, about
+constexpr int kSamplesAcross = 600;     // of the noise
 constexpr double kBrightShare = 0.995;  // of S0
 constexpr float kDim = 0.05f;           // of it: darker cells do not tell how bright a view is
 constexpr double kDifferenceBlur = 1;   // px
@@ -74,9 +75,15 @@ float Gain(const FloatMatrix& s0, const FloatMatrix& usual, float bright) {
   return ratios.empty() ? 1 : float(Median(std::move(ratios)));
 }
 
+// S0, S1 and S2 of 0, without noise.
 StokesImage Dark(int width, int height) {
   const Image<float> zero(width, height, 0.f);
-  return {zero, zero, zero, zero};
+  return {zero, zero, zero, {}};
+}
+
+cv::Size CellsOf(const Pinhole& camera) {
+  const int cell = std::max(1, std::max(camera.width, camera.height) / kCellsAcross);
+  return {std::max(1, camera.width / cell), std::max(1, camera.height / cell)};
 }
 
 }  // namespace
@@ -85,13 +92,11 @@ StillBackground::StillBackground(const Workspace& workspace, const std::vector<i
                                  Progress& progress) {
   const std::vector<int> asked = Some(views);
   const Pinhole& camera = workspace.views[std::size_t(asked[0])].camera;
-  const int cell = std::max(1, std::max(camera.width, camera.height) / kCellsAcross);
-  const cv::Size size(std::max(1, camera.width / cell), std::max(1, camera.height / cell));
   std::vector<StokesCells> cells(asked.size());
   progress.Begin("still background", 2 * asked.size());
   ParallelFor(0, int(asked.size()), [&](int i) {
     progress.Check();
-    cells[std::size_t(i)] = ToCells(ReadViewLight(workspace, asked[std::size_t(i)]), size);
+    cells[std::size_t(i)] = ToCells(ReadViewLight(workspace, asked[std::size_t(i)]), CellsOf(camera));
     progress.Advance();
   });
   usual_ = MedianOf(cells);
@@ -103,24 +108,13 @@ StillBackground::StillBackground(const Workspace& workspace, const std::vector<i
   const std::vector<ByteMatrix> background = BackgroundCells(cells, bright_);
 
   light_ = Dark(camera.width, camera.height);
+  known_ = Image<std::uint8_t>(camera.width, camera.height, 0);
   Image<float> count(camera.width, camera.height, 0.f);
   for (std::size_t i = 0; i < asked.size(); ++i) {
     progress.Check();
-    const StokesImage light = ReadViewLight(workspace, asked[i]);
-    const float gain = Gain(ToCells(light, size)[0], usual_, bright_);
-    ParallelFor(0, camera.height, [&](int y) {
-      for (int x = 0; x < camera.width; ++x) {
-        if (!background[i](std::min(y * size.height / camera.height, size.height - 1),
-                           std::min(x * size.width / camera.width, size.width - 1)))
-          continue;
-        for (std::size_t k = 0; k < 3; ++k)
-          (*PlanesOf(light_)[k])(x, y) += (*PlanesOf(light)[k])(x, y) / gain;
-        ++count(x, y);
-      }
-    });
+    Add(ReadViewLight(workspace, asked[i]), background[i], count);
     progress.Advance();
   }
-  known_ = Image<std::uint8_t>(camera.width, camera.height, 0);
   for (std::size_t i = 0; i < count.size(); ++i) {
     if (count.pixels()[i] == 0) continue;
     known_.pixels()[i] = 1;
@@ -128,8 +122,22 @@ StillBackground::StillBackground(const Workspace& workspace, const std::vector<i
   }
 }
 
+// A view's light, where its cells show the background; count: how many views a pixel has got so far.
+void StillBackground::Add(const StokesImage& light, const ByteMatrix& background, Image<float>& count) {
+  const float gain = Gain(ToCells(light, usual_.size())[0], usual_, bright_);
+  const int width = count.width(), height = count.height();
+  ParallelFor(0, height, [&](int y) {
+    const std::uint8_t* cells = background[std::min(y * background.rows / height, background.rows - 1)];
+    for (int x = 0; x < width; ++x) {
+      if (!cells[std::min(x * background.cols / width, background.cols - 1)]) continue;
+      for (std::size_t k = 0; k < 3; ++k) (*PlanesOf(light_)[k])(x, y) += (*PlanesOf(light)[k])(x, y) / gain;
+      ++count(x, y);
+    }
+  });
+}
+
 Image<std::uint8_t> StillBackground::ObjectIn(const StokesImage& light, StokesImage* difference) const {
-  const int width = light_.s0.width(), height = light_.s0.height();
+  const int width = known_.width(), height = known_.height();
   const float gain = Gain(ToCells(light, usual_.size())[0], usual_, bright_);
   StokesImage unlike = Dark(width, height);
   std::array<FloatMatrix, 3> smooth;
@@ -140,15 +148,7 @@ Image<std::uint8_t> StillBackground::ObjectIn(const StokesImage& light, StokesIm
     cv::GaussianBlur(AsMatrix(plane), smooth[k], {}, kDifferenceBlur);
     for (float& value : plane.pixels()) value = std::abs(value);
   }
-  const Noise noise = Measure(smooth);
-  Image<std::uint8_t> mask(width, height);
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) {
-      bool hidden = known_(x, y) == 0;
-      for (std::size_t k = 0; k < 3 && !hidden; ++k)
-        hidden = std::abs(smooth[k](y, x)) > kHiddenDeviations * noise[k].At(light_.s0(x, y));
-      mask(x, y) = hidden ? 255 : 0;
-    }
+  Image<std::uint8_t> mask = HiddenBy(smooth);
   DropSpecks(mask);
   mask = CutAlongSteps(LightSteps(unlike), SignedDistance(mask), kOutlinePx);
   DropSpecks(mask);
@@ -156,12 +156,27 @@ Image<std::uint8_t> StillBackground::ObjectIn(const StokesImage& light, StokesIm
   return mask;
 }
 
+// Pixels whose light differs by more than noise does, and those of which nothing is known.
+Image<std::uint8_t> StillBackground::HiddenBy(const std::array<FloatMatrix, 3>& differences) const {
+  const Noise noise = Measure(differences);
+  Image<std::uint8_t> mask(known_.width(), known_.height());
+  for (int y = 0; y < mask.height(); ++y)
+    for (int x = 0; x < mask.width(); ++x) {
+      bool hidden = known_(x, y) == 0;
+      for (std::size_t k = 0; k < 3 && !hidden; ++k)
+        hidden = std::abs(differences[k](y, x)) > kHiddenDeviations * noise[k].At(light_.s0(x, y));
+      mask(x, y) = hidden ? 255 : 0;
+    }
+  return mask;
+}
+
 // The median of what a view differs by is the noise's as long as the object hides less than half.
 StillBackground::Noise StillBackground::Measure(const std::array<FloatMatrix, 3>& differences) const {
   Noise noise{NoiseByBrightness(bright_), NoiseByBrightness(bright_), NoiseByBrightness(bright_)};
+  const int step = std::max(1, std::max(known_.width(), known_.height()) / kSamplesAcross);
   for (std::size_t k = 0; k < 3; ++k) {
-    for (int y = 0; y < light_.s0.height(); ++y)
-      for (int x = 0; x < light_.s0.width(); ++x)
+    for (int y = 0; y < known_.height(); y += step)
+      for (int x = 0; x < known_.width(); x += step)
         if (known_(x, y)) noise[k].Add(light_.s0(x, y), std::abs(double(differences[k](y, x))));
     noise[k].Learn(0.5, 1.4826);
   }

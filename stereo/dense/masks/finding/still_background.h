@@ -25,6 +25,8 @@ class StillBackground {
 
  private:
   using Noise = std::array<NoiseByBrightness, 3>;  // of S0, S1, S2
+  void Add(const StokesImage& light, const cv::Mat_<std::uint8_t>& background, Image<float>& count);
+  Image<std::uint8_t> HiddenBy(const std::array<cv::Mat_<float>, 3>& differences) const;
   Noise Measure(const std::array<cv::Mat_<float>, 3>& differences) const;
 
   StokesImage light_;          // 0 where it is not known
