@@ -26,8 +26,9 @@ constexpr const char* kPieceCures =
 constexpr const char* kStillCures =
     "Usually the background, or a label on the lens, stands still in the pictures while the object turns, or "
     "all pictures are from one place. Give masks of the object (masks/NAME.png; with --sfm-masks yes only "
-    "features inside of them count), cover the background with something plain, or move the camera instead "
-    "of the object";
+    "features inside of them count), lay something with texture or a printed board (polarscan board) under "
+    "it that "
+    "turns along, cover the background with something plain, or move the camera instead of the object";
 constexpr const char* kBoardCures =
     "Show more of the board in these pictures, sharp and lit; --poses-from features takes the pictures' "
     "features instead";

@@ -130,6 +130,33 @@ TEST_F(FindMasksTest, EachStandOfACameraHasItsOwnBackground) {
   EXPECT_GT(sum / kViews, 0.95);
 }
 
+TEST_F(FindMasksTest, SomebodyInTwoPicturesIsNoPartOfTheObject) {
+  spread_ = 0.02f;
+  Write([](int x, int y, int view) {
+    const bool visitor = view % 9 == 3 && x > 20 + view && x < 60 + view && y > 60;
+    return visitor ? 0.7f : Squares(x, y);
+  });
+  EXPECT_EQ(FindMasks({}, workspace_, silent_).views, std::size_t(kViews));
+  for (int i = 0; i < kViews; ++i) EXPECT_GT(Overlap(i), 0.95) << i;
+}
+
+// A label on the lens, or a time in the picture's corner, is no background.
+TEST_F(FindMasksTest, ALittleThatStandsStillBeforeAMovingCameraIsNoBackground) {
+  Write([](int x, int y, int view) {
+    return x < 90 && y < 60 ? Squares(3 * x, 3 * y) : Squares(x + 50 * view, y);
+  });
+  const FoundMasks found = FindMasks({}, workspace_, silent_);
+  EXPECT_EQ(found.views, 0u) << FoundMasksWords(found);
+  EXPECT_EQ(MaskFiles(), 0u);
+}
+
+TEST_F(FindMasksTest, AHalfOfTheBackgroundThatMovesGivesNone) {
+  spread_ = 0.02f;
+  Write([](int x, int y, int view) { return x < 140 ? Squares(x, y) : Squares(x + 50 * view, y); });
+  const FoundMasks found = FindMasks({}, workspace_, silent_);
+  EXPECT_EQ(found.views, 0u) << FoundMasksWords(found);
+}
+
 TEST_F(FindMasksTest, ASideThatIsAsDarkAsTheBackgroundGivesNone) {
   darkness_ = 0.02f;
   Write([](int, int, int) { return 0.f; });

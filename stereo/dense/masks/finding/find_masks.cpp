@@ -12,8 +12,10 @@
 #include "core/parallel.h"
 #include "core/statistics.h"
 #include "stereo/dense/masks/finding/plain_background.h"
+#include "stereo/dense/masks/finding/specks.h"
 #include "stereo/dense/masks/finding/still_background.h"
 #include "stereo/dense/masks/finding/still_views.h"
+#include "stereo/dense/masks/hull_votes.h"
 #include "stereo/dense/masks/mask_fit.h"
 #include "stereo/dense/masks/outline_steps.h"
 #include "stereo/dense/sources_and_depths.h"
@@ -26,9 +28,12 @@ constexpr double kMostLost = 0.03;   // share of the masks' pixels that may see 
 constexpr double kMostLostBeforeStill = 0.15;  // where what no view shows free counts as object
 constexpr double kFaintStep = 0.25;            // of the usual step at an outline: no border can be seen
 constexpr double kMostFaint = 0.08;            // share of the outlines that may be so
-constexpr int kOutlinePlaces = 400;            // of an outline
-constexpr std::size_t kFewestViews = 4;        // masks that can tell
-constexpr std::size_t kAskedFirst = 5;  // views that are asked first: most sets have no plain background
+constexpr double kMostOfBorder =
+    1. / 3;  // share of the picture's border that may be object before what stands still
+constexpr double kHullMargin = 0.03;  // of the object's size: how far outside of the others' hull it may be
+constexpr int kOutlinePlaces = 400;   // of an outline
+constexpr std::size_t kFewestViews = 4;  // masks that can tell
+constexpr std::size_t kAskedFirst = 5;   // views that are asked first: most sets have no plain background
 
 void RemoveMasks(const Workspace& workspace) {
   for (int i = 0; i < int(workspace.views.size()); ++i) std::filesystem::remove(workspace.MaskPath(i));
@@ -94,6 +99,38 @@ std::string WhyNot(const Workspace& workspace, const std::vector<std::optional<d
   return "";
 }
 
+double ShareOfBorder(const Image<std::uint8_t>& mask) {
+  std::size_t all = 0, object = 0;
+  const auto ask = [&](int x, int y) { ++all, object += mask(x, y) != 0; };
+  for (int x = 0; x < mask.width(); ++x) ask(x, 0), ask(x, mask.height() - 1);
+  for (int y = 0; y < mask.height(); ++y) ask(0, y), ask(mask.width() - 1, y);
+  return double(object) / double(all);
+}
+
+// Takes out of the masks what lies outside of the hull of the others: a hand, a person in the room. Sixteen masks at least
+// (hull_votes.h).
+void CutToHull(const Workspace& workspace, Progress& progress) {
+  const auto votes = HullVotes(
+      workspace.views, [&](int i) { return ReadViewMask(workspace, i); }, progress);
+  ParallelFor(0, int(votes.size()), [&](int i) {
+    const HullVote& vote = votes[std::size_t(i)];
+    if (vote.others.empty()) return;
+    progress.Check();
+    const Image<float> distance = SignedDistance(vote.others);
+    const auto hull = double(std::ranges::count(vote.others.pixels(), 255));
+    const double margin = std::max(2.0, kHullMargin * std::sqrt(hull));
+    Image<std::uint8_t> mask = ReadViewMask(workspace, i);
+    bool changed = false;
+    for (int y = 0; y < mask.height(); ++y)
+      for (int x = 0; x < mask.width(); ++x)
+        if (mask(x, y) && double(distance(int(x * vote.scale), int(y * vote.scale))) > margin)
+          mask(x, y) = 0, changed = true;
+    if (!changed) return;
+    DropSpecks(mask);
+    WritePng(workspace.MaskPath(i), mask);
+  });
+}
+
 using FaintShares = std::vector<std::optional<double>>;  // of each view; none: it has no mask
 
 FaintShares MakePlainMasks(const Workspace& workspace, Progress& progress) {
@@ -119,9 +156,10 @@ FaintShares MakeStillMasks(const Workspace& workspace, const std::vector<std::ve
       const int view = group[std::size_t(k)];
       StokesImage difference;
       const auto mask = background.ObjectIn(ReadViewLight(workspace, view), &difference);
+      progress.Advance();
+      if (ShareOfBorder(mask) > kMostOfBorder) return;
       WritePng(workspace.MaskPath(view), mask);
       faint[std::size_t(view)] = FaintShare(LightSteps(difference), mask);
-      progress.Advance();
     });
   }
   return faint;
@@ -148,6 +186,8 @@ FoundMasks FindMasks(const SparseModel& model, Workspace& workspace, Progress& p
   found.why_not = WhyNot(workspace, faint,
                          found.background == FoundMasks::kStill ? kMostLostBeforeStill : kMostLost, progress);
   if (found.why_not.empty()) {
+    CutToHull(workspace, progress);
+    SetDepthRanges(model, workspace, progress);
     found.views = std::size_t(std::ranges::count_if(faint, [](auto f) { return f.has_value(); }));
   } else {
     RemoveMasks(workspace);

@@ -2,6 +2,7 @@
 #include "stereo/dense/masks/finding/still_views.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -13,8 +14,10 @@ namespace {
 constexpr int kTextureSize = 160;    // px, of the pictures that are compared
 constexpr int kTiles = 8;            // a side
 constexpr double kFine = 3;          // px: what is coarser is light on a wall, and moves little with a camera
-constexpr double kAlikeTiles = 0.7;  // correlation
-constexpr double kStillTiles = 0.1;  // of the tiles
+constexpr double kAlikeTiles = 0.8;  // correlation
+constexpr double kStillTiles = 0.5;  // of the border's tiles with texture
+constexpr int kLeastTiles = 4;
+constexpr double kTextured = 0.25;  // of the strongest texture of a tile
 constexpr std::size_t kLeastGroup = 8, kComparedFirst = 6;
 
 using Texture = cv::Mat_<float>;
@@ -30,20 +33,31 @@ Texture FineTexture(const Workspace& workspace, int view) {
   return small - coarse;
 }
 
-double Correlation(const Texture& a, const Texture& b) {
-  const double squares = std::sqrt(a.dot(a) * b.dot(b));
-  return squares > 0 ? a.dot(b) / squares : 0;
+bool IsAtBorder(int tile) {
+  const int column = tile % kTiles, row = tile / kTiles;
+  return column == 0 || row == 0 || column == kTiles - 1 || row == kTiles - 1;
 }
 
 bool ShowOneBackground(const Texture& a, const Texture& b) {
   if (a.size() != b.size()) return false;
   const int width = a.cols / kTiles, height = a.rows / kTiles;
-  int alike = 0;
+  std::vector<std::array<double, 3>> products;  // of the border's tiles: a a, b b, a b
+  double strongest_a = 0, strongest_b = 0;
   for (int k = 0; k < kTiles * kTiles; ++k) {
+    if (!IsAtBorder(k)) continue;
     const cv::Rect tile(k % kTiles * width, k / kTiles * height, width, height);
-    alike += Correlation(a(tile), b(tile)) > kAlikeTiles;
+    products.push_back({a(tile).dot(a(tile)), b(tile).dot(b(tile)), a(tile).dot(b(tile))});
+    strongest_a = std::max(strongest_a, products.back()[0]),
+    strongest_b = std::max(strongest_b, products.back()[1]);
   }
-  return alike >= kStillTiles * kTiles * kTiles;
+  constexpr double kLeastSquare = kTextured * kTextured;
+  int textured = 0, alike = 0;
+  for (const auto& [aa, bb, ab] : products) {
+    if (!(aa > kLeastSquare * strongest_a && bb > kLeastSquare * strongest_b)) continue;
+    ++textured;
+    alike += ab > kAlikeTiles * std::sqrt(aa * bb);
+  }
+  return alike >= kLeastTiles && alike >= kStillTiles * textured;
 }
 
 bool SameCamera(const Pinhole& a, const Pinhole& b) {
